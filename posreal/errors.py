@@ -1,0 +1,50 @@
+"""Errors that a user can cause, each carrying one sentence that names the culprit and the next step.
+
+The command line prints ``str(error)`` and leaves with ``exit_code``: 2 where the input is at fault,
+1 where the question was well put and the answer is no. Anything else that escapes is a bug.
+"""
+
+from __future__ import annotations
+
+
+class PosrealError(Exception):
+    """Base of all errors that are the caller's to mend; ``str()`` is one sentence of advice."""
+
+    exit_code = 2
+
+
+class BadInput(PosrealError):
+    """Something the user gave cannot be used: an unknown name, a value out of range, a file with a typo."""
+
+
+class BadDevice(BadInput):
+    """A device or network that cannot be read, or is not one (a negative spring, a missing value)."""
+
+
+class NotPositiveReal(PosrealError):
+    """The admittance is not positive real, so no springs, dampers and inerters make it.
+
+    Attributes
+    ----------
+    witness : object
+        What breaks it (a frequency with Re Y < 0, a right-half-plane pole, an axis residue), as the
+        verdict of ``posreal.check`` holds it; its text is part of the message.
+    """
+
+    exit_code = 1
+
+    def __init__(self, message: str, witness: object = None) -> None:
+        super().__init__(message)
+        self.witness = witness
+
+
+class Infeasible(PosrealError):
+    """No point that meets the constraints was found."""
+
+    exit_code = 1
+
+
+def listed(names: object) -> str:
+    """``a, b or c``: what would have been accepted, for the end of a message."""
+    words = [str(name) for name in names]  # type: ignore[attr-defined]
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
