@@ -1,0 +1,190 @@
+"""Ordinary algebra in s, read and never evaluated: ``(s^2 + s + 1)/(s^2 + s + 4)``, ``2.5e5/s + 2e4``.
+
+    sum     :=  product  { ("+" | "-") product }
+    product :=  signed   { ("*" | "/") signed }
+    signed  :=  ("+" | "-") signed  |  power
+    power   :=  atom [ ("^" | "**") signed integer ]
+    atom    :=  number | "s" | "(" sum ")"
+
+Decimals are exact, nothing is implied (write ``2*s``), and length, nesting, degree and coefficient sizes
+are limited, so no text can make the reader slow.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from posreal.admittance import exact
+from posreal.admittance.rational import Rational
+from posreal.errors import BadDevice
+
+LONGEST_TEXT = 50_000  # characters
+MOST_TOKENS = 4_000
+DEEPEST_NESTING = 100
+HIGHEST_DEGREE = 40
+LARGEST_COEFFICIENT = 20_000  # bits of a coefficient's numerator or denominator
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))"
+)
+
+
+@dataclass(frozen=True)
+class _Token:
+    kind: str  # "number", "mark", "name" or "end"
+    text: str
+    position: int
+
+
+def parse_rational(text: str) -> Rational:
+    """Read a rational function of s.
+
+    Parameters
+    ----------
+    text : str
+        Algebra in ``s`` with ``+ - * / ^ **`` and parentheses. Here ``+`` is the ordinary sum of two
+        functions (in the notation of networks it means series).
+
+    Raises
+    ------
+    BadDevice
+        With the position and what would be accepted there.
+
+    Examples
+    --------
+    >>> str(parse_rational("2.5e5/s + 2e4"))
+    '(20000*s + 250000)/s'
+    """
+    if len(text) > LONGEST_TEXT:
+        raise BadDevice(f"This device text has {len(text)} characters; at most {LONGEST_TEXT} are read.")
+    return _Reader(text).read()
+
+
+def _tokens(text: str) -> list[_Token]:
+    found, position = [], 0
+    while text[position:].strip():
+        match = _TOKEN.match(text, position)
+        if match is None:
+            at = position + len(text[position:]) - len(text[position:].lstrip())
+            raise _error(text, at, f"{text[at]!r} is not part of a function of s")
+        kind = str(match.lastgroup)
+        found.append(_Token(kind, match[kind], match.start(kind)))
+        position = match.end()
+        if len(found) > MOST_TOKENS:
+            raise BadDevice(
+                f"This device text has more than {MOST_TOKENS} symbols; give coefficients instead."
+            )
+    return [*found, _Token("end", "the end", len(text))]
+
+
+def _error(text: str, position: int, complaint: str) -> BadDevice:
+    start = max(0, position - 12)
+    near = ("…" if start else "") + text[start : position + 12] + ("…" if position + 12 < len(text) else "")
+    return BadDevice(
+        f"{complaint} (character {position + 1}, near {near!r}); write for example '2.5e5/s + 2e4*s'."
+    )
+
+
+class _Reader:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = _tokens(text)
+        self.next = 0
+        self.depth = 0
+
+    def read(self) -> Rational:
+        if self.tokens[0].kind == "end":
+            raise BadDevice("The device text is empty; write for example '2.5e5/s + 2e4'.")
+        value = self.sum()
+        if self.here.kind != "end":
+            raise self.error(f"expected an operator before {self.here.text!r}")
+        return value
+
+    @property
+    def here(self) -> _Token:
+        return self.tokens[self.next]
+
+    def error(self, complaint: str) -> BadDevice:
+        return _error(self.text, self.here.position, complaint)
+
+    def accept(self, *marks: str) -> str | None:
+        if self.here.kind == "mark" and self.here.text in marks:
+            self.next += 1
+            return self.tokens[self.next - 1].text
+        return None
+
+    def sum(self) -> Rational:
+        value = self.product()
+        while mark := self.accept("+", "-"):
+            other = self.product()
+            value = self.limited(value | other if mark == "+" else value.without(other))
+        return value
+
+    def product(self) -> Rational:
+        value = self.signed()
+        while mark := self.accept("*", "/"):
+            position = self.here
+            other = self.signed()
+            if mark == "/" and other.is_zero():
+                raise _error(self.text, position.position, "division by zero")
+            value = self.limited(value.times(other if mark == "*" else other.inverse()))
+        return value
+
+    def signed(self) -> Rational:
+        self.depth += 1
+        if self.depth > DEEPEST_NESTING:
+            raise self.error(f"nested more than {DEEPEST_NESTING} deep")
+        if mark := self.accept("+", "-"):
+            value = self.signed()
+            value = value if mark == "+" else value.scaled(-1)
+        else:
+            value = self.power()
+        self.depth -= 1
+        return value
+
+    def power(self) -> Rational:
+        value = self.atom()
+        if not self.accept("^", "**"):
+            return value
+        negative = self.accept("-") is not None
+        token = self.here
+        if token.kind != "number" or not token.text.isdigit() or len(token.text) > 4:
+            raise self.error("expected a whole number as exponent")
+        self.next += 1
+        exponent = int(token.text)
+        if exponent * max(value.degree, 1) > HIGHEST_DEGREE:
+            raise _error(self.text, token.position, f"powers and degrees above {HIGHEST_DEGREE} are not read")
+        if negative and value.is_zero():
+            raise _error(self.text, token.position, "division by zero")
+        if self.accept("^", "**"):
+            raise self.error("write parentheses around a power of a power")
+        value = value.inverse() if negative else value
+        return self.limited(Rational(value.n**exponent, value.d**exponent))
+
+    def atom(self) -> Rational:
+        token = self.here
+        if token.kind == "number":
+            self.next += 1
+            return Rational([exact.to_fmpq(token.text)])
+        if token.kind == "name" and token.text == "s":
+            self.next += 1
+            return Rational([0, 1])
+        if token.kind == "name":
+            raise self.error(f"{token.text!r} is not known; the only variable is s")
+        if self.accept("("):
+            value = self.sum()
+            if not self.accept(")"):
+                raise self.error("expected ')'")
+            return value
+        raise self.error(f"expected a number, s or '(' but found {token.text!r}")
+
+    def limited(self, value: Rational) -> Rational:
+        if value.degree > HIGHEST_DEGREE:
+            raise self.error(f"degrees above {HIGHEST_DEGREE} are not read")
+        if (
+            max(c.height_bits() for p in (value.n, value.d) for c in p.coeffs() or [exact.to_fmpq(0)])
+            > LARGEST_COEFFICIENT
+        ):
+            raise self.error("coefficients grew too large to read")
+        return value

@@ -1,0 +1,46 @@
+"""Exact variance of an output with delays, over the whole band.
+
+For z = Σᵢ gᵢ(t − τᵢ), gᵢ = C e^{At} Bᵢ, driven by one white process, with the observability Gramian
+AᵀQ + QA + CᵀC = 0 and Δ = τⱼ − τᵢ ≥ 0,
+
+    ∫ gᵢ(t − τᵢ) gⱼ(t − τⱼ) dt = Bⱼᵀ Q e^{AΔ} Bᵢ
+
+so no Padé approximation is needed. A white process of single-sided density S per rad/s gives
+var z = π S ‖G‖₂², with ‖G‖₂² the sum of these terms over all i and j.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+from posreal.errors import Infeasible
+from posreal.vehicle.plant import ClosedLoop
+
+
+def rms(loop: ClosedLoop, output: str) -> float:
+    """Root mean square of an output over all frequencies; infinite where white noise passes straight through.
+
+    Raises
+    ------
+    Infeasible
+        If the loop is not asymptotically stable.
+    """
+    j = loop.output(output)
+    if np.any(np.abs(loop.D[j]) > 1e-12 * max(1.0, float(np.abs(loop.C[j]).max()))):
+        return math.inf
+    growth = float(loop.poles().real.max())
+    if growth >= 0:
+        raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
+    C = loop.C[j : j + 1]
+    Q = solve_continuous_lyapunov(loop.A.T, -C.T @ C)
+    total = 0.0
+    for i, early in enumerate(loop.delays):
+        for k, late in enumerate(loop.delays):
+            if late < early or (late == early and k < i):
+                continue
+            term = float(loop.B[:, k] @ Q @ expm(loop.A * (late - early)) @ loop.B[:, i])
+            total += term if i == k else 2 * term
+    return math.sqrt(math.pi * loop.density * total)

@@ -1,0 +1,139 @@
+"""Vehicle parameters: typed fields that carry their unit, meaning and source, and a user's file laid over them.
+
+A vehicle is a frozen dataclass whose fields are made by :func:`parameter`. A TOML file overrides any of
+them, one table a vehicle, each value a number in the field's SI unit or a string with a unit of its own::
+
+    [side-view]
+    mv  = 42000             # kg
+    Crz = "70 kN s/m"
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from posreal.errors import BadInput, listed
+from posreal.units import quantity
+
+T = TypeVar("T")
+_LARGEST_FILE = 1_000_000  # bytes: a vehicle file is a page of text
+
+
+def parameter(default: float, unit: str, meaning: str, *, source: str, may_be_zero: bool = False) -> Any:
+    """A dataclass field for one physical parameter, in SI units.
+
+    Parameters
+    ----------
+    default : float
+        Value in `unit`.
+    unit : str
+        SI unit, ``"1"`` for a pure number.
+    meaning : str
+        What the parameter is, for tables and error messages.
+    source : str
+        Reference key of the default.
+    may_be_zero : bool
+        Whether 0 is a physical value (a leakage stiffness) or not (a mass).
+    """
+    return dataclasses.field(
+        default=default,
+        metadata={"unit": unit, "meaning": meaning, "source": source, "may_be_zero": may_be_zero},
+    )
+
+
+def described(vehicle: Any) -> Iterator[tuple[str, float, str, str, str]]:
+    """Yield ``(name, value, unit, meaning, source)`` of every parameter of a vehicle."""
+    for field in dataclasses.fields(vehicle):
+        meta = field.metadata
+        yield field.name, getattr(vehicle, field.name), meta["unit"], meta["meaning"], meta["source"]
+
+
+def validated(vehicle: Any) -> None:
+    """Refuse parameters that are not finite, negative, or zero where zero is not physical.
+
+    Raises
+    ------
+    BadInput
+        Naming the parameter, its value and what would be accepted.
+    """
+    for field in dataclasses.fields(vehicle):
+        value, unit = getattr(vehicle, field.name), field.metadata["unit"]
+        low = "at least 0" if field.metadata["may_be_zero"] else "greater than 0"
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise BadInput(f"{field.name} must be a number in {unit}, not {value!r}")
+        if not math.isfinite(value) or value < 0 or (value == 0 and not field.metadata["may_be_zero"]):
+            raise BadInput(
+                f"{field.name} ({field.metadata['meaning']}) is {value:g} {unit}; it must be finite and {low}"
+            )
+
+
+def override(vehicle: T, values: Mapping[str, Any], *, where: str = "parameters") -> T:
+    """Return `vehicle` with some parameters replaced.
+
+    Parameters
+    ----------
+    vehicle : dataclass instance
+    values : mapping of parameter name to number (SI) or string with unit
+    where : str
+        Named in error messages: a file, or the command line.
+
+    Raises
+    ------
+    BadInput
+        For an unknown parameter, an unknown or wrong unit, or a value out of range.
+    """
+    fields = {field.name: field for field in dataclasses.fields(vehicle)}  # type: ignore[arg-type]
+    replaced: dict[str, float] = {}
+    for name, value in values.items():
+        if name not in fields:
+            near = difflib.get_close_matches(name, fields, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"accepted are {listed(fields)}"
+            raise BadInput(f"{where}: unknown parameter {name!r}; {hint}")
+        unit = fields[name].metadata["unit"]
+        try:
+            replaced[name] = quantity(value, unit) if isinstance(value, str) else value
+            validated(dataclasses.replace(vehicle, **{name: replaced[name]}))  # type: ignore[type-var]
+        except BadInput as error:
+            raise BadInput(f"{where}: {name}: {error}") from None
+        replaced[name] = float(replaced[name])
+    return dataclasses.replace(vehicle, **replaced)  # type: ignore[type-var]
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The tables of a TOML file, or one sentence about why it cannot be read.
+
+    Raises
+    ------
+    BadInput
+        If the file does not exist, is too large, or is not TOML (with the line that is at fault).
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise BadInput(f"{path} is larger than {_LARGEST_FILE} bytes; a file of parameters is a page of text")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{path} is not a text file in UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise BadInput(f"{path} is not valid TOML: {error}") from None
+
+
+def from_file(vehicle: T, path: str | Path, table: str, known_tables: tuple[str, ...]) -> T:
+    """Lay table `table` of a TOML file over `vehicle`; other known tables may be present, unknown ones not."""
+    document = read_toml(path)
+    for name, content in document.items():
+        if name not in known_tables or not isinstance(content, dict):
+            raise BadInput(
+                f"{path}: unknown table or key {name!r} at the top; accepted are the tables {listed(known_tables)}"
+            )
+    if table not in document:
+        raise BadInput(f"{path} has no table [{table}], the vehicle of this problem")
+    return override(vehicle, document[table], where=f"{path} [{table}]")

@@ -1,0 +1,263 @@
+"""A vehicle cut open where the devices go, and closed again around them.
+
+    ẋ = A x + Σᵢ Bwᵢ w(t − τᵢ) + Bf f
+    z = Cz x + Σᵢ Dzwᵢ w(t − τᵢ) + Dzf f
+    d = Cd x,   v = ḋ = Cv x,   fₚ = Y vₚ at every port p
+
+One scalar process w reaches the vehicle through several channels, each late by its own delay (front and
+rear wheels on the same track). At port p the device Y sees the relative displacement dₚ and velocity vₚ and
+answers with the force fₚ. Several ports may hold copies of the same device; `groups` names the device at
+each port. In the frequency domain (:class:`PortResponses`) this is a linear-fractional map in Y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from posreal.admittance.state_space import StateSpace
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ShapingFilter:
+    """w = H(s)·(white process), as the state space (A, B, C, D) of a single-input single-output H."""
+
+    A: Real
+    B: Real
+    C: Real
+    D: Real
+
+    def __call__(self, s: Complex) -> Complex:
+        """H at complex `s`, shape preserved."""
+        s = np.asarray(s, dtype=complex)
+        n = len(self.A)
+        x = np.linalg.solve(s[..., None, None] * np.eye(n) - self.A, np.broadcast_to(self.B, (*s.shape, n, 1)))
+        return (self.C @ x)[..., 0, 0] + self.D[0, 0]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A linear vehicle with ports for devices; see the module's equations.
+
+    Attributes
+    ----------
+    A : (n, n), Bw : (n, m), Bf : (n, p), Cz : (q, n), Dzw : (q, m), Dzf : (q, p), Cd, Cv : (p, n)
+        The matrices of the module's equations, SI units.
+    delays : (m,)
+        Delay τᵢ of each disturbance channel, seconds.
+    outputs : tuple of str
+        Name of each entry of z.
+    groups : tuple of str
+        Which device stands at each port.
+    shaping : ShapingFilter or None
+        What makes w out of a white process; None where w itself is white.
+    density : float
+        Single-sided spectral density of the white process, per rad/s.
+    """
+
+    A: Real
+    Bw: Real
+    Bf: Real
+    Cz: Real
+    Dzw: Real
+    Dzf: Real
+    Cd: Real
+    Cv: Real
+    delays: Real
+    outputs: tuple[str, ...]
+    groups: tuple[str, ...]
+    shaping: ShapingFilter | None = None
+    density: float = 1.0
+
+    def output(self, name: str) -> int:
+        """Index of output `name` in z."""
+        return self.outputs.index(name)
+
+    def responses(self, omega: Real, output: str) -> PortResponses:
+        """Responses of one output and of all ports on the grid `omega` (rad/s), delays and shaping exact."""
+        n, m = self.Bw.shape
+        j = self.output(output)
+        s = 1j * omega
+        late = np.exp(-np.multiply.outer(s, self.delays))
+        if self.shaping is not None:
+            late *= self.shaping(s)[:, None]
+        forcing = np.empty((len(omega), n, 1 + len(self.groups)), dtype=complex)
+        forcing[:, :, 0] = late @ self.Bw.T
+        forcing[:, :, 1:] = self.Bf
+        x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, forcing)
+        z, v = self.Cz[j] @ x, self.Cv @ x
+        return PortResponses(
+            omega=omega,
+            Tzw=z[:, 0] + late @ self.Dzw[j],
+            Tzf=z[:, 1:] + self.Dzf[j],
+            Pvw=v[:, :, 0],
+            Pvf=-v[:, :, 1:],
+            groups=self.groups,
+        )
+
+
+@dataclass(frozen=True)
+class PortResponses:
+    """z = Tzw w + Tzf f and v = Pvw w − Pvf f on a frequency grid, one disturbance w, one output z.
+
+    Attributes
+    ----------
+    omega : (N,) rad/s
+    Tzw : (N,), Tzf : (N, p), Pvw : (N, p), Pvf : (N, p, p)
+    groups : which device stands at each of the p ports
+    """
+
+    omega: Real
+    Tzw: Complex
+    Tzf: Complex
+    Pvw: Complex
+    Pvf: Complex
+    groups: tuple[str, ...]
+    _decoupled: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        size = np.abs(self.Pvf)
+        off = size.copy()
+        ports = np.arange(size.shape[1])
+        off[:, ports, ports] = 0.0
+        # Ports that do not feel each other (bounce and pitch of a symmetric vehicle) need no matrix inverse.
+        object.__setattr__(self, "_decoupled", bool(np.all(off.max(axis=(1, 2)) <= 1e-9 * size.max(axis=(1, 2)))))
+
+    def closed(self, Y: Mapping[str, Complex]) -> tuple[Complex, dict[str, Complex]]:
+        """Close the ports with devices and differentiate.
+
+        Parameters
+        ----------
+        Y : mapping of group name to (N,) complex admittance on the grid
+
+        Returns
+        -------
+        z : (N,) complex, response of the output to w
+        dz : mapping of group name to (N,) complex, ∂z/∂Y: with V = (I + Pvf Y)⁻¹ Pvw the velocities and
+            t = Tzf (I + Y Pvf)⁻¹ the force sensitivities of the closed vehicle, ∂z/∂Y is Σ tₚ Vₚ over the
+            ports that hold the device
+        """
+        y = np.stack([Y[group] for group in self.groups], axis=1)
+        if self._decoupled:
+            ports = np.arange(len(self.groups))
+            inverse = 1.0 / (1.0 + self.Pvf[:, ports, ports] * y)
+            v, t = inverse * self.Pvw, inverse * self.Tzf
+        else:
+            loop = np.eye(y.shape[1]) + self.Pvf * y[:, None, :]
+            v = np.linalg.solve(loop, self.Pvw[:, :, None])[:, :, 0]
+            back = np.eye(y.shape[1]) + y[:, :, None] * self.Pvf
+            t = np.linalg.solve(np.swapaxes(back, 1, 2), self.Tzf[:, :, None])[:, :, 0]
+        z = self.Tzw + np.sum(self.Tzf * y * v, axis=1)
+        dz: dict[str, Complex] = {}
+        for port, group in enumerate(self.groups):
+            dz[group] = dz.get(group, 0.0) + t[:, port] * v[:, port]
+        return z, dz
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """ẋ = A x + Σᵢ Bᵢ w(t − τᵢ), z = C x + Σᵢ Dᵢ w(t − τᵢ): a vehicle with its devices in place."""
+
+    A: Real
+    B: Real
+    C: Real
+    D: Real
+    delays: Real
+    outputs: tuple[str, ...]
+    density: float = 1.0
+
+    def poles(self) -> Complex:
+        """Eigenvalues of A, rad/s."""
+        return np.linalg.eigvals(self.A).astype(complex)
+
+    def output(self, name: str) -> int:
+        """Index of output `name` in z."""
+        return self.outputs.index(name)
+
+    def response(self, omega: Real, output: str) -> Complex:
+        """z/w on the grid by a matrix solve per frequency, delays exact (the slow, plain way)."""
+        j, n = self.output(output), len(self.A)
+        s = 1j * omega
+        late = np.exp(-np.multiply.outer(s, self.delays))
+        x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, (late @ self.B.T)[:, :, None])
+        return (self.C[j] @ x)[:, 0] + late @ self.D[j]
+
+
+def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = True) -> ClosedLoop:
+    """Put a device into every port and eliminate the port forces.
+
+    A device is f = k d + C_k ξ + D_k v + b v̇, ξ̇ = A_k ξ + B_k v. Its spring k acts on the displacement that the
+    plant already has as a state, so no copy of that state (and no spurious pole at 0) arises; its inertance b
+    acts on v̇ = Cv ẋ, which gives the linear equation (I − b Cv Bf) f = … at each instant.
+
+    Parameters
+    ----------
+    plant : Plant
+    devices : mapping of group name to StateSpace
+    shaped : bool
+        Whether the shaping filter's states are put in front, so that the input is the white process itself.
+
+    Returns
+    -------
+    ClosedLoop
+        With states ordered as (vehicle, device at port 0, device at port 1, …, shaping filter).
+    """
+    n, m = plant.Bw.shape
+    kept = [devices[group] for group in plant.groups]
+    orders = [len(device.A) for device in kept]
+    starts = n + np.concatenate(([0], np.cumsum(orders)))
+    total = int(starts[-1])
+    k = np.array([device.k for device in kept])
+    b = np.array([device.b for device in kept])
+    D = np.array([device.D for device in kept], dtype=float).reshape(-1)
+
+    # port forces as a linear map of the whole state and of w, before the inerters' algebraic loop is solved
+    Fx = np.zeros((len(kept), total))
+    Fx[:, :n] = k[:, None] * plant.Cd + D[:, None] * plant.Cv + b[:, None] * (plant.Cv @ plant.A)
+    for p, device in enumerate(kept):
+        Fx[p, starts[p] : starts[p + 1]] = np.reshape(device.C, -1)
+    Fw = b[:, None] * (plant.Cv @ plant.Bw)
+    loop = np.eye(len(kept)) - b[:, None] * (plant.Cv @ plant.Bf)
+    Fx, Fw = np.linalg.solve(loop, Fx), np.linalg.solve(loop, Fw)
+
+    A = np.zeros((total, total))
+    A[:n, :n] = plant.A
+    A[:n] += plant.Bf @ Fx
+    for p, device in enumerate(kept):
+        rows = slice(starts[p], starts[p + 1])
+        A[rows, rows] = device.A
+        A[rows, :n] = np.outer(np.reshape(device.B, -1), plant.Cv[p])
+    B = np.zeros((total, m))
+    B[:n] = plant.Bw + plant.Bf @ Fw
+    C = np.zeros((len(plant.outputs), total))
+    C[:, :n] = plant.Cz
+    C += plant.Dzf @ Fx
+    Dw = plant.Dzw + plant.Dzf @ Fw
+    loop_closed = ClosedLoop(A, B, C, Dw, plant.delays, plant.outputs, plant.density)
+    if plant.shaping is None or not shaped:
+        return loop_closed
+    return _shaped(loop_closed, plant.shaping)
+
+
+def _shaped(loop: ClosedLoop, H: ShapingFilter) -> ClosedLoop:
+    """Put one copy of the shaping filter before each delay-free channel (delays commute with the filter)."""
+    n, m = loop.B.shape
+    h = len(H.A)
+    A = np.zeros((n + m * h, n + m * h))
+    B = np.zeros((n + m * h, m))
+    C = np.zeros((len(loop.outputs), n + m * h))
+    A[:n, :n], C[:, :n] = loop.A, loop.C
+    for i in range(m):
+        rows = slice(n + i * h, n + (i + 1) * h)
+        A[rows, rows] = H.A
+        A[:n, rows] = np.outer(loop.B[:, i], H.C[0])
+        B[rows, i] = H.B[:, 0]
+        C[:, rows] = np.outer(loop.D[:, i], H.C[0])
+    B[:n] = loop.B * H.D[0, 0]
+    return ClosedLoop(A, B, C, loop.D * H.D[0, 0], loop.delays, loop.outputs, loop.density)

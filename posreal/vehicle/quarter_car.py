@@ -1,0 +1,70 @@
+"""Quarter-car: the reference problem of [PS2006].
+
+    ms z̈s = −F,   mu z̈u = F − kt (zu − zr),   F = (k/s + K)(żs − żu),   żr = w white
+
+Ride figure J1 = 2π √(V κ) ‖z̈s/żr‖₂ and tyre load figure J3 = 2π √(V κ) ‖kt (zu − zr)/żr‖₂. With the norm
+(1/2π ∫_{−∞}^{∞})^{1/2} this is a white track velocity of single-sided density Sδ = 4π V κ per rad/s: π Sδ ‖·‖₂² = J².
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from posreal.vehicle.base_motion import SecondOrder
+from posreal.vehicle.parameters import parameter, validated
+from posreal.vehicle.plant import Plant
+
+_PS = "PS2006, section V"
+
+
+@dataclass(frozen=True)
+class QuarterCar:
+    """Parameters of the quarter-car, defaults from [PS2006]."""
+
+    name: ClassVar[str] = "quarter-car"
+
+    ms: float = parameter(250.0, "kg", "sprung mass", source=_PS)
+    mu: float = parameter(35.0, "kg", "unsprung mass", source=_PS)
+    kt: float = parameter(150e3, "N/m", "tyre stiffness", source=_PS)
+    k: float = parameter(60e3, "N/m", "static suspension stiffness", source=_PS)
+    kappa: float = parameter(5e-7, "m", "road roughness κ, m³/cycle over m²", source=_PS)
+    V: float = parameter(25.0, "m/s", "speed", source=_PS)
+
+    def __post_init__(self) -> None:
+        validated(self)
+
+    def second_order(self) -> SecondOrder:
+        """q = (zs, zu); the port is (zs − zu)."""
+        return SecondOrder(
+            M=np.diag([self.ms, self.mu]),
+            C=np.zeros((2, 2)),
+            K=np.diag([0.0, self.kt]),
+            E=np.array([[1.0], [-1.0]]),
+            coordinates=("zs", "zu"),
+        )
+
+    def road(self) -> Plant:
+        """Plant on the road, w = żr; outputs ``acceleration`` (m/s²) of the sprung mass and ``tyre_force`` (N)."""
+        body = self.second_order()
+        A, Bf = body.free(), body.device_force()
+        Bw = body.track_velocity(np.array([[0.0], [self.kt]]), np.zeros((2, 1)))
+        sprung = np.concatenate([np.zeros(2), body.row(zs=1)])
+        tyre = np.concatenate([self.kt * body.row(zu=1), np.zeros(2)])
+        return Plant(
+            A=A,
+            Bw=Bw,
+            Bf=Bf,
+            Cz=np.vstack([sprung @ A, tyre]),
+            Dzw=np.zeros((2, 1)),
+            Dzf=np.vstack([sprung @ Bf, np.zeros((1, 1))]),
+            Cd=np.concatenate([body.E[:, 0], np.zeros(2)])[None, :],
+            Cv=np.concatenate([np.zeros(2), body.E[:, 0]])[None, :],
+            delays=np.zeros(1),
+            outputs=("acceleration", "tyre_force"),
+            groups=("secondary",),
+            density=4 * math.pi * self.V * self.kappa,
+        )

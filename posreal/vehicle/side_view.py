@@ -1,0 +1,124 @@
+"""Side view of a four-axle vehicle: the vertical model of [Jiang2012], 6 degrees of freedom.
+
+q = (zv, θv, zb1, θb1, zb2, θb2): body, leading bogie, trailing bogie. G1 = 2 Kpz/s + 2 Cpz a wheelset.
+
+    mv z̈v  = G2 s (zb1 + zb2 − 2 zv)
+    Iv θ̈v  = lvx G2 s (zb1 − zb2 − 2 lvx θv)
+    mb z̈bᵢ = G1 s (δ + δ' − 2 zbᵢ) − G2 s (zbᵢ − zv ∓ lvx θv)
+    Ib θ̈bᵢ = lbx G1 s (δ − δ' − 2 lbx θbᵢ)
+
+G2 is what stands in the two secondary ports: the airspring (Nishimura's linear model) and the device beside it.
+The ports are taken as bounce, ((zb1 + zb2) − 2 zv)/√2, and pitch, ((zb1 − zb2) − 2 lvx θv)/√2: these do not feel
+each other, so the vehicle is two scalar loops that share one device. The track velocity δ̇1 is white with
+Sδ = 2π Av V; the other wheelsets follow after τᵢ = Lᵢ/V.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from posreal.admittance import Rational
+from posreal.errors import BadInput
+from posreal.vehicle.base_motion import SecondOrder
+from posreal.vehicle.parameters import parameter, validated
+from posreal.vehicle.plant import Plant
+
+_TABLE4 = "Jiang2012, Table 4"
+
+
+@dataclass(frozen=True)
+class SideView:
+    """Parameters of the vertical model, defaults from [Jiang2012] Table 4."""
+
+    name: ClassVar[str] = "side-view"
+
+    mv: float = parameter(38000.0, "kg", "body mass", source=_TABLE4)
+    mb: float = parameter(2500.0, "kg", "bogie mass", source=_TABLE4)
+    Iv: float = parameter(2.31e6, "kg m^2", "body pitch inertia", source=_TABLE4)
+    Ib: float = parameter(1500.0, "kg m^2", "bogie pitch inertia", source=_TABLE4)
+    lvx: float = parameter(9.5, "m", "semi distance of the bogie centres", source=_TABLE4)
+    lbx: float = parameter(1.25, "m", "semi wheelbase", source=_TABLE4)
+    Kaz: float = parameter(0.0, "N/m", "airspring change-of-area stiffness", source=_TABLE4, may_be_zero=True)
+    Ksz: float = parameter(1.016e6, "N/m", "airspring stiffness", source=_TABLE4)
+    Krz: float = parameter(0.508e6, "N/m", "airspring reservoir stiffness", source=_TABLE4)
+    Crz: float = parameter(64.11e3, "N*s/m", "airspring orifice damping", source=_TABLE4)
+    Kpz: float = parameter(4.935e6, "N/m", "primary vertical stiffness", source=_TABLE4)
+    Cpz: float = parameter(50.74e3, "N*s/m", "primary vertical damping", source=_TABLE4)
+    bush: float = parameter(5e6, "N/m", "stiffness of the device's end bush", source="Jiang2012, section 4")
+    g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source=_TABLE4)
+    Av: float = parameter(2.5e-7, "m", "vertical track roughness", source=_TABLE4)
+    V: float = parameter(55.0, "m/s", "speed", source=_TABLE4)
+
+    def __post_init__(self) -> None:
+        validated(self)
+
+    def at(self, speed: float) -> SideView:
+        """The same vehicle at another speed, m/s."""
+        if not (math.isfinite(speed) and speed > 0):
+            raise BadInput(f"speed is {speed:g} m/s; it must be finite and greater than 0")
+        return dataclasses.replace(self, V=float(speed))
+
+    @property
+    def wheel_delays(self) -> tuple[float, float, float, float]:
+        """τ of the four wheelsets, seconds after the first."""
+        return (0.0, 2 * self.lbx / self.V, 2 * self.lvx / self.V, 2 * (self.lvx + self.lbx) / self.V)
+
+    def airspring(self) -> Rational:
+        """Nishimura's airspring Kaz | (Ksz + (Krz | Crz)) as an admittance."""
+        orifice = Rational.spring(self.Krz) | Rational.damper(self.Crz)
+        spring = Rational.spring(self.Ksz) + orifice
+        return spring if self.Kaz == 0 else Rational.spring(self.Kaz) | spring
+
+    def second_order(self) -> SecondOrder:
+        """M, C, K without the secondary suspension; ports bounce and pitch."""
+        M = np.diag([self.mv, self.Iv, self.mb, self.Ib, self.mb, self.Ib])
+        K, C = np.zeros((6, 6)), np.zeros((6, 6))
+        for wheel in self._wheels():
+            K += 2 * self.Kpz * np.outer(wheel, wheel)
+            C += 2 * self.Cpz * np.outer(wheel, wheel)
+        front = np.array([-1.0, -self.lvx, 1.0, 0.0, 0.0, 0.0])
+        rear = np.array([-1.0, self.lvx, 0.0, 0.0, 1.0, 0.0])
+        E = np.column_stack([front + rear, front - rear]) / math.sqrt(2)
+        return SecondOrder(M, C, K, E, ("zv", "thv", "zb1", "thb1", "zb2", "thb2"))
+
+    def _wheels(self) -> np.ndarray:
+        """Displacement of the bogie over each of the four wheelsets, as rows on q."""
+        wheels = np.zeros((4, 6))
+        for i, (zb, arm) in enumerate(((2, self.lbx), (2, -self.lbx), (4, self.lbx), (4, -self.lbx))):
+            wheels[i, zb], wheels[i, zb + 1] = 1.0, arm
+        return wheels
+
+    def track(self) -> Plant:
+        """Plant on the track profile, w = δ̇1.
+
+        Outputs: ``acceleration_L``, ``_M``, ``_T`` (m/s²) of the body over the leading bogie, in the middle and over
+        the trailing bogie; ``deflection_front``, ``deflection_rear`` (m) of the secondary suspension. Both ports hold
+        the device of group ``secondary``.
+        """
+        body = self.second_order()
+        wheels = self._wheels()
+        A, Bf = body.free(), body.device_force()
+        Bw = body.track_velocity(2 * self.Kpz * wheels.T, 2 * self.Cpz * wheels.T)
+        zeros = np.zeros(6)
+        points = [body.row(zv=1, thv=self.lvx), body.row(zv=1), body.row(zv=1, thv=-self.lvx)]
+        acceleration = np.array([np.concatenate([zeros, point]) for point in points])
+        deflection = (body.E @ np.array([[1.0, 1.0], [1.0, -1.0]])).T / math.sqrt(2)  # bounce, pitch → front, rear
+        return Plant(
+            A=A,
+            Bw=Bw,
+            Bf=Bf,
+            Cz=np.vstack([acceleration @ A, np.hstack([deflection, np.zeros((2, 6))])]),
+            Dzw=np.vstack([acceleration @ Bw, np.zeros((2, 4))]),
+            Dzf=np.vstack([acceleration @ Bf, np.zeros((2, 2))]),
+            Cd=np.hstack([body.E.T, np.zeros((2, 6))]),
+            Cv=np.hstack([np.zeros((2, 6)), body.E.T]),
+            delays=np.array(self.wheel_delays),
+            outputs=("acceleration_L", "acceleration_M", "acceleration_T", "deflection_front", "deflection_rear"),
+            groups=("secondary", "secondary"),
+            density=math.pi * self.Av * self.V,
+        )
