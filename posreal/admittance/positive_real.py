@@ -130,12 +130,13 @@ def check(device: Device) -> Verdict:
     good = witness is None
     E, D = resistance.coprime(E, D)
     least = resistance.minimum(E, D)
+    margin = least.value if isinstance(least.value, float) else exact.to_float(least.value)
     touching = resistance.touches(E) if good else ()
     return Verdict(
         device=y,
         positive_real=good,
         witness=witness,
-        margin=0.0 if touching and least.value <= 0 else least.value,
+        margin=0.0 if touching else max(margin, 0.0) if good else margin,
         margin_at=least.omega,
         touches=touching,
         lossless=good and E.degree() < 0,

@@ -18,10 +18,28 @@ X = fmpq_poly([0, 1])
 
 @dataclass(frozen=True)
 class Minimum:
-    """The least value of Re Y(jω) over 0 ≤ ω ≤ ∞ and the frequency (rad/s) where it is attained."""
+    """The least value of Re Y(jω), and x = ω² where it is attained (None at infinity).
 
-    value: float
-    omega: float
+    The value is rational, or an infinite float.
+    """
+
+    value: fmpq | float
+    x: fmpq | None
+
+    @property
+    def inside(self) -> bool:
+        """Whether it lies at a frequency that is neither 0 nor infinite."""
+        return self.x is not None and self.x != 0
+
+    @property
+    def omega(self) -> float:
+        """The frequency as a float, rad/s."""
+        return math.inf if self.x is None else math.sqrt(exact.to_float(self.x))
+
+    @property
+    def rank(self) -> tuple[float, fmpq]:
+        """Orders exactly by value, infinities included."""
+        return (self.value, fmpq(0)) if isinstance(self.value, float) else (0.0, self.value)
 
 
 def real_part(device: Rational) -> tuple[fmpq_poly, fmpq_poly]:
@@ -46,16 +64,20 @@ def is_nonnegative(E: fmpq_poly) -> bool:
 
 
 def minimum(E: fmpq_poly, D: fmpq_poly) -> Minimum:
-    """The least value of the coprime fraction E/D over 0 ≤ x ≤ ∞; −inf where it falls without limit."""
-    candidates: list[tuple[arb, float]] = [(_at_zero(E, D), 0.0)]
-    candidates += [(_beside_pole(E, x, power), _omega(x)) for x, power in roots.positive_roots(D)]
+    """The least value of the coprime fraction E/D over 0 ≤ x ≤ ∞; −inf where it falls without limit.
+
+    The place is exact to the ball-arithmetic precision in force (at least 128 bits); the value, being
+    stationary there, to twice that.
+    """
+    places: list[Minimum] = [Minimum(_at_zero(E, D), fmpq(0)), Minimum(_at_infinity(E, D), None)]
+    for x, power in roots.positive_roots(D):
+        falls = power % 2 == 1 or E(roots.midpoint(x)) < 0
+        places.append(Minimum(-math.inf if falls else math.inf, roots.midpoint(x)))
     slope = E.derivative() * D - E * D.derivative()
-    with roots.precision(roots.FIRST_PRECISION):
-        if slope.degree() > 0:
-            candidates += [(_ratio(E, D, x), _omega(x)) for x, _ in roots.positive_roots(slope)]
-        candidates.append((_at_infinity(E, D), math.inf))
-        value, omega = min(candidates, key=lambda pair: float(pair[0]))
-    return Minimum(float(value), omega)
+    if slope.degree() > 0:
+        points = [roots.midpoint(x) for x, _ in roots.positive_roots(slope)]
+        places += [Minimum(E(x) / D(x), x) for x in points if D(x) != 0]
+    return min(places, key=lambda place: place.rank)
 
 
 def touches(E: fmpq_poly) -> tuple[float, ...]:
@@ -116,24 +138,13 @@ def _omega(x: arb) -> float:
     return float(x.sqrt())
 
 
-def _ratio(E: fmpq_poly, D: fmpq_poly, x: arb) -> arb:
-    point = roots.midpoint(x)
-    bottom = D(point)
-    return arb(E(point) / bottom) if bottom != 0 else arb(E(point)) * math.inf
-
-
-def _beside_pole(E: fmpq_poly, x: arb, power: int) -> arb:
-    """Where D is zero and E is not: ±infinity by E's sign, and both if D changes sign."""
-    return arb(math.inf) if power % 2 == 0 and E(roots.midpoint(x)) > 0 else arb(-math.inf)
-
-
-def _at_zero(E: fmpq_poly, D: fmpq_poly) -> arb:
+def _at_zero(E: fmpq_poly, D: fmpq_poly) -> fmpq | float:
     if D[0] != 0:
-        return arb(E[0] / D[0])
-    return arb(math.inf) if E[0] > 0 else arb(-math.inf)
+        return E[0] / D[0]
+    return math.inf if E[0] > 0 else -math.inf
 
 
-def _at_infinity(E: fmpq_poly, D: fmpq_poly) -> arb:
+def _at_infinity(E: fmpq_poly, D: fmpq_poly) -> fmpq | float:
     if E.degree() > D.degree():
-        return arb(math.inf) if E.leading_coefficient() > 0 else arb(-math.inf)
-    return arb(E.leading_coefficient() / D.leading_coefficient()) if E.degree() == D.degree() else arb(0)
+        return math.inf if E.leading_coefficient() > 0 else -math.inf
+    return E.leading_coefficient() / D.leading_coefficient() if E.degree() == D.degree() else fmpq(0)

@@ -1,7 +1,7 @@
 """f = k·d + C x + D v + b·v̇,  ẋ = A x + B v,  ḋ = v: a device as matrices, spring and inerter split off.
 
 The proper rest is realised in cascades: poles that lie close together form one group, groups stand in
-parallel, and inside a group n/(q₁ q₂ …) = r₁/q₁ + r₂/(q₁ q₂) + … is a chain of first- and second-order sections.
+parallel, and inside a group n/(q₁ q₂ …) = r₁/q₁ + r₂/(q₁ q₂) + … is a chain of sections of order one and two.
 Poles stand on the diagonal, so spread over many decades or repeated they are as exact as floats allow; a
 companion matrix would lose them.
 """
@@ -80,8 +80,8 @@ def rational(device: StateSpace) -> Rational:
         or device.D.shape != (1, 1)
     ):
         raise BadDevice(
-            f"State-space shapes {device.A.shape}, {device.B.shape}, {device.C.shape}, {device.D.shape} do not "
-            "make a one-port; give A (n, n), B (n, 1), C (1, n) and D (1, 1)."
+            f"State-space shapes {device.A.shape}, {device.B.shape}, {device.C.shape}, {device.D.shape} "
+            "do not make a one-port; give A (n, n), B (n, 1), C (1, n) and D (1, 1)."
         )
     D, k, b = (exact.to_fmpq(value) for value in (device.D.item(), device.k, device.b))
     if n == 0:

@@ -108,12 +108,12 @@ class Problem:
     # --- the vehicle around the device -----------------------------------------------------------------------
 
     def with_vehicle(self, values: Mapping[str, float]) -> Problem:
-        """The same problem on a vehicle with some parameters changed (constraints keep their values)."""
+        """The same problem with some vehicle parameters re-tuned: reference and constraints stay the original's."""
         if not values:
             return self
-        changed = dataclasses.replace(self, vehicle=override(self.vehicle, values))
-        changed.__dict__["constraints"] = self.constraints
-        return changed
+        tuned = dataclasses.replace(self, vehicle=override(self.vehicle, values))
+        tuned.__dict__["default_metrics"] = self.default_metrics
+        return tuned
 
     @property
     def mounting(self) -> Mounting:
@@ -137,9 +137,10 @@ class Problem:
                 return {"bush": "bush"}
         raise AssertionError(self.vehicle)
 
-    def layout_port(self, network: Rational) -> Rational:
-        """Port admittance of a layout, which brings its own static spring or bush: only an airspring stays beside."""
-        return self.vehicle.airspring() | network if isinstance(self.vehicle, SideView) else network
+    @property
+    def layout_mounting(self) -> Mounting:
+        """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
+        return Mounting(self.vehicle.airspring() if isinstance(self.vehicle, SideView) else None, None)
 
     @property
     def default_port(self) -> Rational | None:
@@ -185,7 +186,7 @@ class Problem:
             for name in self.keep
         )
 
-    def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = 1e-6) -> list[str]:
+    def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = 1e-9) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""
         return [
             f"{constraint} is violated: {metrics[constraint.metric].value:.6g}"

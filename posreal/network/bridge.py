@@ -136,7 +136,7 @@ class Graph(Network):
         return (*inside, *(lever for *_, lever in self.levers))
 
     @cached_property
-    def depth(self) -> int:  # type: ignore[override]
+    def depth(self) -> int:
         return 1 + max((part.depth for part in self.children), default=0)
 
     def admittance(self) -> Rational:

@@ -1,6 +1,6 @@
 """Any network as a flat multigraph: numbered nodes, one edge an element, and levers on three nodes.
 
-Node 1 is the first terminal (the body's side), node 0 the second: held still in nodal analysis, ground in SPICE.
+Node 1 is the first terminal (the body's side), node 0 the second: held in nodal analysis, ground in SPICE.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
@@ -62,7 +62,7 @@ class Element(ABC):
                 or self.name[0] != self.letter
             ):
                 raise BadDevice(
-                    f"{self.name!r} cannot name a {self.kind}; take {self.letter} and then letters, digits or _."
+                    f"{self.name!r} cannot name a {self.kind}; take {self.letter}, then letters, digits or _."
                 )
             if self.name == self.letter:
                 object.__setattr__(self, "name", None)
@@ -74,6 +74,10 @@ class Element(ABC):
     def _accept(self, number: Fraction) -> None:
         if number <= 0:
             raise BadDevice(f"{self._title} is {float(number):g} {self.unit}; give a value above zero.")
+
+    def altered(self, value: Any, name: str | None) -> Self:
+        """An element of the same kind with another value and name."""
+        return type(self)(value, name)  # type: ignore[call-arg]
 
     @property
     def _title(self) -> str:
@@ -172,11 +176,11 @@ class Network(ABC):
 
     def topology(self) -> Self:
         """The same network with every value taken out."""
-        return self._rebuilt(replace(element, value=None) for element in self.elements())  # type: ignore[type-var]
+        return self._rebuilt(element.altered(None, element.name) for element in self.elements())
 
     def unnamed(self) -> Self:
         """The same network with every name taken out, so that it can be combined with others."""
-        return self._rebuilt(replace(element, name=None) for element in self.elements())  # type: ignore[type-var]
+        return self._rebuilt(element.altered(element.value, None) for element in self.elements())
 
     # -- its response in floats -----------------------------------------------------------------
 
@@ -338,7 +342,7 @@ class _Joined(Network):
         return tuple(element for child in self.children for element in child.elements())
 
     @cached_property
-    def depth(self) -> int:  # type: ignore[override]
+    def depth(self) -> int:
         return 1 + max(child.depth for child in self.children)
 
     def _rebuilt(self, elements: Iterable[Element]) -> Self:
@@ -415,7 +419,7 @@ def _resolved(elements: tuple[Element, ...]) -> tuple[str, ...]:
 def _titled(network: Network) -> tuple[Element, ...]:
     """The elements under their resolved names, so that an error can say which."""
     pairs = zip(network.names, network.elements(), strict=True)
-    return tuple(replace(element, name=name) if element.value is None else element for name, element in pairs)  # type: ignore[type-var]
+    return tuple(element.altered(element.value, name) for name, element in pairs)
 
 
 def _valued(element: Element, name: str, value: Any) -> Element:
@@ -423,8 +427,7 @@ def _valued(element: Element, name: str, value: Any) -> Element:
         from posreal.network.notation import read_quantity
 
         value = read_quantity(value, type(element))
-    named = replace(element, value=value, name=name)  # type: ignore[type-var]
-    return replace(named, name=element.name)
+    return element.altered(element.altered(value, name).value, element.name)
 
 
 def exact_value(element: Element) -> fmpq:

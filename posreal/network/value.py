@@ -1,7 +1,7 @@
 """Element values: exact rationals that print as short text and read back the same.
 
 A typed decimal is what it says, 0.3 = 3/10, and a float is taken as the shortest decimal that names it, the
-one Python prints: ``Spring(0.3)`` and ``parse("k=0.3")`` are the same spring, and the float comes back exactly.
+one Python prints: ``Spring(0.3)`` and ``parse("k=0.3")`` are one spring, and the float comes back exactly.
 """
 
 from __future__ import annotations

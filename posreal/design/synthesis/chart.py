@@ -1,0 +1,98 @@
+"""Every positive-real function of an order, from one unconstrained vector.
+
+    ẋ = (J − R) x + (G − P) v,   f = (G + P)ᵀ x + S v,   [[R, P], [Pᵀ, S]] = L Lᵀ,   J = −Jᵀ
+
+with k/s and b·s beside it where they are wanted, k = κ², b = β² [Willems1972]. The chart's vector holds the strict
+lower triangle of J, G, the lower triangle of L, and κ, β. With x = (sI − A)⁻¹B, yᵀ = C(sI − A)⁻¹, ξ = (x, 1) and
+η = (−y, 1), the device's value moves by
+
+    dY = yᵀ dJ x + (x + y)ᵀ dG + ηᵀ (dL Lᵀ + L dLᵀ) ξ + 2κ dκ/s + 2β s dβ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from posreal.admittance import PortHamiltonian
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Positive-real functions with `order` states, and optionally a spring and an inerter beside them."""
+
+    order: int
+    spring: bool = False
+    inerter: bool = False
+
+    @property
+    def size(self) -> int:
+        """Length of the vector."""
+        n = self.order
+        return n * (n - 1) // 2 + n + (n + 1) * (n + 2) // 2 + self.spring + self.inerter
+
+    def device(self, theta: Real) -> PortHamiltonian:
+        """The device at `theta`."""
+        n = self.order
+        skew, lower = np.tril_indices(n, -1), np.tril_indices(n + 1)
+        cuts = np.cumsum([len(skew[0]), n, len(lower[0])])
+        J, L = np.zeros((n, n)), np.zeros((n + 1, n + 1))
+        J[skew] = theta[: cuts[0]]
+        L[lower] = theta[cuts[1] : cuts[2]]
+        beside = list(theta[cuts[2] :] ** 2)
+        k = beside.pop(0) if self.spring else 0.0
+        b = beside.pop(0) if self.inerter else 0.0
+        return PortHamiltonian(J - J.T, theta[cuts[0] : cuts[1], None], L, float(k), float(b))
+
+    def vector(self, device: PortHamiltonian) -> Real:
+        """A `theta` of a device with at most this order; missing states are added uncoupled, damped at unit rate."""
+        n, m = self.order, device.order
+        # An orthogonal change of the columns of L makes it lower triangular and leaves L Lᵀ alone.
+        wide = np.hstack([device.L, np.zeros((m + 1, max(0, m + 1 - device.L.shape[1])))])
+        inner = np.linalg.qr(wide.T, mode="r")[: m + 1].T
+        J, G, L = np.zeros((n, n)), np.zeros(n), np.zeros((n + 1, n + 1))
+        J[:m, :m] = (device.J - device.J.T) / 2
+        G[:m] = device.G[:, 0]
+        L[:m, :m] = inner[:m, :m]
+        L[range(m, n), range(m, n)] = 1.0
+        L[n, :m], L[n, n] = inner[m, :m], inner[m, m]
+        beside = [np.sqrt(device.k)] * self.spring + [np.sqrt(device.b)] * self.inerter
+        return np.concatenate([J[np.tril_indices(n, -1)], G, L[np.tril_indices(n + 1)], beside])
+
+    def values(self, theta: Real, s: Complex) -> Complex:
+        """Y(s) at every s."""
+        return self._states(theta, s)[0]
+
+    def values_and_slopes(self, theta: Real, s: Complex) -> tuple[Complex, Complex]:
+        """Y (N,) and ∂Y/∂θ (size, N) at the points s (N,)."""
+        Y, x, y, L = self._states(theta, s)
+        n = self.order
+        one = np.ones((1, len(s)))
+        xi, eta = np.vstack([x, one]), np.vstack([-y, one])
+        i, j = np.tril_indices(n, -1)
+        p, q = np.tril_indices(n + 1)
+        forward, back = L.T @ xi, L.T @ eta
+        rows = [y[i] * x[j] - y[j] * x[i], x + y, eta[p] * forward[q] + xi[p] * back[q]]
+        if self.spring:
+            rows.append(2 * theta[-1 - self.inerter] / s[None, :])
+        if self.inerter:
+            rows.append(2 * theta[-1] * s[None, :])
+        return Y, np.vstack(rows)
+
+    def _states(self, theta: Real, s: Complex) -> tuple[Complex, Complex, Complex, Real]:
+        device = self.device(theta)
+        form, n = device.state_space(), self.order
+        if n == 0:
+            nothing = np.zeros((0, len(s)), dtype=complex)
+            x = y = nothing
+        else:
+            inverse = np.linalg.inv(s[:, None, None] * np.eye(n) - form.A)
+            x = np.ascontiguousarray((inverse @ form.B)[:, :, 0].T)
+            y = np.ascontiguousarray((form.C @ inverse)[:, 0, :].T)
+        Y = (form.C @ x)[0] + form.D[0, 0] + form.b * s
+        return (Y + form.k / s if form.k else Y), x, y, device.L

@@ -1,0 +1,214 @@
+"""A network drawn in text.
+
+::
+
+    body ─┬──────[ k1 ]───────┬─ bogie
+          └─[ c1 ]─┬─[ k2 ]─┬─┘
+                   └─[ b1 ]─┘
+
+A network is a box of text whose wire enters and leaves on the top row: boxes in series stand side by side, boxes in
+parallel under one another, a graph on rails (see `rails`). What is too wide is drawn apart and named: ``( A )``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from posreal.errors import BadInput
+from posreal.network import rails
+from posreal.network.bridge import Graph
+from posreal.network.rails import Box
+from posreal.network.tree import Element, Network, Series
+from posreal.units import engineering
+
+NARROWEST = 40  # columns
+
+_ASCII = str.maketrans("─│┬┴┘└├┤┼┌┐═╞╡╪△", "-|+++++++++=+++^")
+
+
+def diagram(
+    network: Network,
+    terminals: tuple[str, str] = ("body", "bogie"),
+    *,
+    width: int = 100,
+    ascii: bool = False,
+    digits: int = 3,
+    legend: bool = True,
+) -> str:
+    """Draw a network in text, with its values in engineering units below.
+
+    Parameters
+    ----------
+    network : Network
+    terminals : (str, str)
+        What the device is fixed to: the left end and the right end.
+    width : int
+        Columns to keep within, 40 or more. What does not fit is drawn apart under a name: ``( A )``.
+    ascii : bool
+        Draw with ``- | +`` only.
+    digits : int
+        Significant digits of the values.
+    legend : bool
+        Whether to list the values.
+
+    Raises
+    ------
+    BadInput
+        If the width is too small, or a terminal's label cannot be drawn.
+    """
+    for label in terminals:
+        if len(label) > width // 4 or not label.isprintable() or (ascii and not label.isascii()):
+            raise BadInput(f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters.")
+    if width < NARROWEST:
+        raise BadInput(f"A diagram {width} columns wide cannot be read; give {NARROWEST} or more.")
+    left, right = terminals
+    margin = 2 + len(left) + 2
+    root = _fitted(_part(network, iter(network.names)), width - margin - 2 - len(right))
+    if root.listed:
+        root = _Part("named", [root])
+    apart = _named_parts(root)
+    names = {id(part): _letters(i) for i, part in enumerate(apart)}
+    blocks = [_framed(_box(root, names), f"  {left} ─", f"─ {right}")]
+    for part in apart:
+        start = f"{names[id(part)]} ".rjust(margin - 1)
+        if part.listed:
+            listing = rails.listing(part.texts(names), part.graph, width - margin)
+            blocks.append([(start if i == 0 else " " * len(start)) + " " + row for i, row in enumerate(listing)])
+        else:
+            blocks.append(_framed(_box(part, names), start + "─", "─"))
+    if legend:
+        blocks.append(_legend(network, width, digits, ascii))
+    text = "\n".join("\n".join(row.rstrip() for row in block) for block in blocks if block)
+    return text.translate(_ASCII) if ascii else text
+
+
+@dataclass(eq=False)
+class _Part:
+    """A node of what is drawn: like the network's tree, with parts that are drawn apart."""
+
+    kind: str  # tag, series, parallel, graph, named
+    children: list[_Part] = field(default_factory=list)
+    text: str = ""
+    graph: Graph | None = None
+    levers: list[str] = field(default_factory=list)
+    listed: bool = False  # a graph too wide for rails
+    size: int = 0  # columns
+
+    def texts(self, names: dict[int, str]) -> tuple[list[str], list[str]]:
+        """The tags of a graph's branches and levers."""
+        return [_box(child, names)[0] for child in self.children], self.levers
+
+
+def _part(network: Network, names: Iterator[str]) -> _Part:
+    if isinstance(network, Element):
+        return _Part("tag", text=f"[ {next(names)} ]")
+    children = [_part(child, names) for child in network.children]  # type: ignore[attr-defined]
+    if isinstance(network, Graph):
+        return _Part("graph", children, graph=network, levers=[f"[ {next(names)} ]" for _ in network.levers])
+    return _Part("series" if isinstance(network, Series) else "parallel", children)
+
+
+def _fitted(part: _Part, limit: int) -> _Part:
+    """The part with what makes it wider than the limit taken out and named, from the leaves up."""
+    part.children = [_fitted(child, limit) for child in part.children]
+    part.children = [_Part("named", [child]) if child.listed else child for child in part.children]
+    while _size(part) > limit and not part.listed:
+        wide = [child for child in part.children if child.kind not in ("tag", "named")]
+        if wide:
+            widest = max(wide, key=lambda child: child.size)
+            part.children[part.children.index(widest)] = _Part("named", [widest])
+        elif part.kind == "graph":
+            part.listed = True
+        else:
+            part.children = _grouped(part.children, limit)
+    return part
+
+
+def _grouped(children: list[_Part], limit: int) -> list[_Part]:
+    """A chain of tags too long for one row, as a chain of named rows."""
+    rows: list[list[_Part]] = [[]]
+    for child in children:
+        if rows[-1] and _size(_Part("series", [*rows[-1], child])) > limit:
+            rows.append([])
+        rows[-1].append(child)
+    return [row[0] if len(row) == 1 else _Part("named", [_Part("series", row)]) for row in rows]
+
+
+def _size(part: _Part) -> int:
+    part.size = len(_box(part, {})[0])
+    return part.size
+
+
+def _named_parts(root: _Part) -> list[_Part]:
+    """What is drawn apart, in the order in which a reader meets it."""
+    found: list[_Part] = []
+    level = [root]
+    while level:
+        names = [inner for part in level for inner in _inside(part)]
+        found.extend(names)
+        level = names
+    return found
+
+
+def _inside(part: _Part) -> Iterator[_Part]:
+    for child in [part] if part.kind == "named" else part.children:
+        if child.kind == "named":
+            yield child.children[0]
+        else:
+            yield from _inside(child)
+
+
+def _letters(index: int) -> str:
+    return chr(65 + index) if index < 26 else chr(65 + (index // 26 - 1) % 26) + chr(65 + index % 26)
+
+
+def _box(part: _Part, names: dict[int, str]) -> Box:
+    if part.kind == "tag":
+        return [part.text]
+    if part.kind == "named":
+        return [f"( {names.get(id(part.children[0]), 'AA')} )"]
+    boxes = [_box(child, names) for child in part.children]
+    if part.kind == "series":
+        return _in_series(boxes)
+    if part.kind == "parallel":
+        return _in_parallel(boxes)
+    assert part.graph is not None
+    return rails.drawn(boxes, part.levers, part.graph)
+
+
+def _in_series(boxes: list[Box]) -> Box:
+    height = max(len(box) for box in boxes)
+    filled = [box + [" " * len(box[0])] * (height - len(box)) for box in boxes]
+    return [("─" if row == 0 else " ").join(box[row] for box in filled) for row in range(height)]
+
+
+def _in_parallel(boxes: list[Box]) -> Box:
+    inner = max(len(box[0]) for box in boxes)
+    rows = []
+    for i, box in enumerate(boxes):
+        first, last = i == 0, i == len(boxes) - 1
+        left, right = ("┬", "┬") if first else ("└", "┘") if last else ("├", "┤")
+        rows.append(f"{left}─{rails.padded(box[0], inner, len(box) == 1 and '─' not in box[0])}─{right}")
+        edge = " " if last else "│"
+        rows += [f"{edge} {row.ljust(inner)} {edge}" for row in box[1:]]
+    return rows
+
+
+def _framed(box: Box, start: str, end: str) -> Box:
+    return [start + box[0] + end, *(" " * len(start) + row for row in box[1:])]
+
+
+def _legend(network: Network, width: int, digits: int, ascii: bool) -> Box:
+    cells = [
+        f"{name} = {engineering(element.value, element.unit, digits, ascii)}"
+        + (" (far/near arm)" if element.letter == "n" else "")
+        for name, element in zip(network.names, network.elements(), strict=True)
+        if element.value is not None
+    ]
+    if not cells:
+        return []
+    cell = max(len(text) for text in cells)
+    columns = max(1, (width - 2 + 4) // (cell + 4))
+    rows = [cells[i : i + columns] for i in range(0, len(cells), columns)]
+    return ["  " + "    ".join(text.ljust(cell) for text in row) for row in rows]

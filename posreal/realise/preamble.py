@@ -1,0 +1,105 @@
+"""Foster preamble [Brune1931]: everything that comes off a positive-real function without a trick.
+
+In turn, as long as anything comes off: poles of Y on the imaginary axis (0 and ∞ included) are parallel legs,
+
+    Y = k/s + b s + Σ α s/(s² + ω²) + rest,      α s/(s² + ω²) = spring α in series with inerter α/ω²;
+
+poles of 1/Y the dual legs in series; then the least value of Re Y or of Re 1/Y is a damper. If that least value lies at 0 or ∞,
+a zero appears there and the degree falls; if it lies between on both sides, what is left is a minimum function and goes to a
+cycle (Bott–Duffin, Brune, …) that takes its degree down by two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from flint import fmpq, fmpq_poly
+
+from posreal.admittance import Rational
+from posreal.admittance.rational import S
+from posreal.errors import BadDevice
+from posreal.network import Network, parallel, series
+from posreal.realise.elements import damper, dual, inerter, spring
+from posreal.realise.long import Long, at_axis
+
+Recurse = Callable[[Rational], Network]
+Cycle = Callable[[Rational, fmpq, Long, Recurse], Network]
+"""(admittance of a minimum function, ω₀², arithmetic, recursion) → network."""
+
+TRY_BOTH = 4  # up to this degree, dampers are tried on both sides of a minimum and the smaller network kept
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """The preamble, with the cycle that takes over at minimum functions."""
+
+    cycle: Cycle
+    arithmetic: Long = Long()
+
+    def __call__(self, device: Rational) -> Network:
+        """A network with this admittance, which must be positive real and not zero."""
+        y = self.arithmetic.cleaned(device)
+        if y.degree == 0:
+            return damper(y.n[0])
+        legs, rest = axis_legs(y, self.arithmetic)
+        if legs:
+            return parallel(*legs, *([] if rest.is_zero() else [self(rest)]))
+        legs, rest = axis_legs(y.inverse(), self.arithmetic)
+        if legs:
+            return series(*map(dual, legs), *([] if rest.is_zero() else [self(rest.inverse())]))
+        return self._without_resistance(y)
+
+    def _without_resistance(self, y: Rational) -> Network:
+        sides = []
+        for side, inverted in ((y, False), (y.inverse(), True)):
+            least = self.arithmetic.least_real_part(side)
+            if isinstance(least.value, float):
+                raise BadDevice("A pole on the axis was not recognised; raise the precision.")
+            sides.append((side, inverted, least))
+        ends = [entry for entry in sides if not entry[2].inside]
+        choices = (ends or sides) if y.degree <= TRY_BOTH else (ends or sides)[:1]
+        if all(least.value == 0 for _, _, least in choices):
+            choices = choices[:1]
+        networks = []
+        for side, inverted, least in choices:
+            rest = side.without(Rational([least.value]))
+            if least.inside:
+                inner = self._minimum_function(rest.inverse() if inverted else rest, least.x)
+            else:
+                inner = self(rest.inverse() if inverted else rest)
+            if least.value != 0:
+                inner = series(damper(1 / least.value), inner) if inverted else parallel(damper(least.value), inner)
+            networks.append(inner)
+        return min(networks, key=len)
+
+    def _minimum_function(self, y: Rational, x: fmpq | None) -> Network:
+        assert x is not None
+        return self.cycle(Rational(self.arithmetic.cut(y.n), self.arithmetic.cut(y.d)), x, self.arithmetic, self)
+
+
+def axis_legs(y: Rational, arithmetic: Long) -> tuple[list[Network], Rational]:
+    """The parallel legs that Y's poles on the imaginary axis are, and Y without them."""
+    legs: list[Network] = []
+    if y.static_stiffness:
+        k = y.n[0] / y.d[1]
+        legs.append(spring(k))
+        y = y.without(Rational([k], [0, 1]))
+    if y.inertance:
+        b = y.n.leading_coefficient()
+        legs.append(inerter(b))
+        y = y.without(Rational([0, b]))
+    for pair in arithmetic.axis_pairs(y.d):
+        alpha, y = without_resonance(y, pair.x, arithmetic)
+        legs.append(series(spring(alpha), inerter(alpha / pair.x)))
+    return legs, y
+
+
+def without_resonance(y: Rational, x: fmpq, arithmetic: Long) -> tuple[fmpq, Rational]:
+    """(α, Y − α s/(s² + x)), the factor s² + x divided out by name."""
+    factor = S * S + x
+    rest = y.d // factor
+    (a, b), (c, e) = at_axis(y.n, x), at_axis(rest, x)
+    alpha = (b * c - a * e) / (c * c + x * e * e)
+    top: fmpq_poly = (y.n - alpha * S * rest) // factor
+    return alpha, Rational(arithmetic.cut(top), arithmetic.cut(rest))

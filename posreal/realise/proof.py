@@ -1,0 +1,148 @@
+"""The proof that a network is the device: its admittance from the graph by nodal analysis, against the target.
+
+Two residuals, and the larger counts. In values: the largest |Y_network − Y|/|Y| over points of the closed right half plane,
+from two decades under the lowest corner of Y to two above the highest. In coefficients, for networks small enough to
+be computed exactly: the largest |n₁d₂ − n₂d₁|ₖ against what its terms amount to, which no common factor can hide.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flint import acb, arb, fmpq, fmpq_poly
+
+from posreal.admittance import Rational, roots
+from posreal.admittance.exact import mantissa, to_float
+from posreal.errors import PosrealError
+from posreal.network import Network, nodal_admittance, nodal_value
+
+LARGEST_RESIDUAL = 1e-9
+EXACT_UP_TO = 30  # elements
+DIGITS = 120  # for values: deep networks cancel many
+POINTS = 24  # frequencies; three points each
+
+
+class Unproven(PosrealError):
+    """A synthesised network does not have the admittance it was made for; this is a fault of the method, not the device."""
+
+    exit_code = 1
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How far a network's admittance is from its target, relatively.
+
+    Attributes
+    ----------
+    values : float
+        Over the closed right half plane.
+    coefficients : float or None
+        Of numerator and denominator; None for networks too large for exact analysis.
+    """
+
+    values: float
+    coefficients: float | None
+
+    @property
+    def residual(self) -> float:
+        """The larger of the two."""
+        return max(self.values, self.coefficients or 0.0)
+
+
+def prove(network: Network, target: Rational, exact_up_to: int = EXACT_UP_TO) -> Proof:
+    """Compare a network with a target admittance by nodal analysis of its graph.
+
+    Parameters
+    ----------
+    network : Network
+        Every element valued.
+    target : Rational
+        Not zero.
+    exact_up_to : int
+        Most elements for which the rational function itself is computed.
+    """
+    if len(network) <= exact_up_to:
+        found = nodal_admittance(network)
+        if found == target:
+            return Proof(0.0, 0.0)
+        return Proof(values_residual(found, target), coefficients_residual(found, target))
+    return Proof(values_residual(network, target), None)
+
+
+def require_proof(network: Network, target: Rational, exact_up_to: int = EXACT_UP_TO) -> Proof:
+    """The same, and an error where the residual is above 1e-9.
+
+    Raises
+    ------
+    Unproven
+        With the residual.
+    """
+    proof = prove(network, target, exact_up_to)
+    if not proof.residual <= LARGEST_RESIDUAL:
+        raise Unproven(
+            f"The synthesised network differs from the device by {proof.residual:.1e} of its admittance; "
+            "please report the device, and try another method meanwhile."
+        )
+    return proof
+
+
+def values_residual(found: Rational | Network, target: Rational) -> float:
+    """The largest relative difference over points of the closed right half plane."""
+    worst = 0.0
+    with roots.precision(int(DIGITS * 3.33)):
+        for s in points(target):
+            wanted = value(target, s)
+            if wanted.contains(0) or not wanted.is_finite():
+                continue
+            got = value(found, s) if isinstance(found, Rational) else nodal_value(found, s, DIGITS)
+            worst = max(worst, float((abs(got - wanted) / abs(wanted)).upper()))
+    return worst if worst > 10.0 ** (10 - DIGITS) else 0.0
+
+
+def coefficients_residual(found: Rational, target: Rational) -> float:
+    """The largest coefficient of n₁d₂ − n₂d₁, each against the sum of the sizes of the terms it is made of."""
+    difference = found.n * target.d - target.n * found.d
+    size = _sizes(found.n) * _sizes(target.d) + _sizes(target.n) * _sizes(found.d)
+    return max((to_float(abs(c) / size[k]) for k, c in enumerate(difference.coeffs()) if c != 0), default=0.0)
+
+
+def points(target: Rational) -> list[acb]:
+    """On the axis, on the bisector and on the real line, two decades beyond the corners of Y."""
+    low, high = corners(target)
+    steps = [low * (high / low) ** (i / (POINTS - 1)) for i in range(POINTS)]
+    return [acb(arb(w) * a, arb(w) * b) for w in steps for a, b in ((0, 1), (1, 1), (1, 0))]
+
+
+def corners(target: Rational) -> tuple[float, float]:
+    """Two decades under the smallest and over the largest of the poles' and zeros' sizes, in rad/s."""
+    sizes = []
+    for p in (target.n, target.d):
+        coefficients = [(i, c) for i, c in enumerate(p.coeffs()) if c != 0]
+        if len(coefficients) > 1:
+            with roots.precision(64):
+                sizes += [float(abs(root)) for root, _ in roots.complex_roots(p) if not abs(root).contains(0)]
+    sizes = [size for size in sizes if 0 < size < math.inf] or [1.0]
+    return min(sizes) / 100, max(sizes) * 100
+
+
+def value(device: Rational, s: acb) -> acb:
+    """Y(s) in ball arithmetic."""
+    return _at(device.n, s) / _at(device.d, s)
+
+
+def _at(p: fmpq_poly, s: acb) -> acb:
+    total = acb(0)
+    for c in reversed(p.coeffs()):
+        total = total * s + acb(c)
+    return total
+
+
+def _sizes(p: fmpq_poly) -> fmpq_poly:
+    return fmpq_poly([abs(c) for c in p.coeffs()])
+
+
+def log10(number: fmpq) -> float:
+    """log10 of a positive rational of any size."""
+    m, e = mantissa(number)
+    return math.log10(m) + e * math.log10(2)
