@@ -104,7 +104,9 @@ def engineering(value: float | Fraction, unit: str = "", digits: int = 3, ascii:
     mantissa = _rounded(number, digits)
     if number:
         power = 3 * (mantissa.adjusted() // 3)
-        power = min(max(power, min(prefixes)), max(prefixes))
+        if not min(prefixes) <= power <= max(prefixes) + 3:
+            power = 0  # beyond every prefix: a power of ten and the bare unit
+        power = min(power, max(prefixes))
     text = _plain(mantissa.scaleb(-power), digits)
     prefix = prefixes[power].replace("µ", "u") if ascii else prefixes[power]
     return f"{text} {prefix}{shown}".rstrip()
@@ -122,7 +124,7 @@ def _rounded(number: Fraction, digits: int) -> Decimal:
 
 
 def _plain(mantissa: Decimal, digits: int) -> str:
-    if mantissa and not -5 <= mantissa.adjusted() <= 8:
+    if mantissa and not -5 <= mantissa.adjusted() <= 5:
         head, _, power = f"{mantissa:.{digits - 1}e}".partition("e")
         return f"{head.rstrip('0').rstrip('.') if '.' in head else head}e{int(power)}"
     text = f"{mantissa:f}"

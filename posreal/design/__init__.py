@@ -1,1 +1,24 @@
+"""What is wanted, and the searches for it: problems, layouts and their best values, synthesis."""
 
+from posreal.design.device import evaluate, read_design, read_device
+from posreal.design.layout import Layout, layout, layouts
+from posreal.design.optimise import optimise
+from posreal.design.problem import Constraint, Mounting, Problem, problem, problems
+from posreal.design.result import Design, metrics_to_dict
+
+__all__ = [
+    "Constraint",
+    "Design",
+    "Layout",
+    "Mounting",
+    "Problem",
+    "evaluate",
+    "layout",
+    "layouts",
+    "metrics_to_dict",
+    "optimise",
+    "problem",
+    "problems",
+    "read_design",
+    "read_device",
+]

@@ -7,7 +7,7 @@
                    └─[ b1 ]─┘
 
 A network is a box of text whose wire enters and leaves on the top row: boxes in series stand side by side, boxes in
-parallel under one another, a graph on rails (see `rails`). What is too wide is drawn apart and named: ``( A )``.
+parallel under one another, a graph on rails. What is too wide is drawn apart and named: ``( A )``.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from posreal.errors import BadInput
-from posreal.network import rails
+from posreal.network import railtext
 from posreal.network.bridge import Graph
-from posreal.network.rails import Box
+from posreal.network.railtext import Box
 from posreal.network.tree import Element, Network, Series
 from posreal.units import engineering
 
@@ -59,7 +59,9 @@ def diagram(
     """
     for label in terminals:
         if len(label) > width // 4 or not label.isprintable() or (ascii and not label.isascii()):
-            raise BadInput(f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters.")
+            raise BadInput(
+                f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters."
+            )
     if width < NARROWEST:
         raise BadInput(f"A diagram {width} columns wide cannot be read; give {NARROWEST} or more.")
     left, right = terminals
@@ -73,13 +75,13 @@ def diagram(
     for part in apart:
         start = f"{names[id(part)]} ".rjust(margin - 1)
         if part.listed:
-            listing = rails.listing(part.texts(names), part.graph, width - margin)
-            blocks.append([(start if i == 0 else " " * len(start)) + " " + row for i, row in enumerate(listing)])
+            blocks.append(_framed(_listing(part, names, width - margin), start + " ", ""))
         else:
             blocks.append(_framed(_box(part, names), start + "─", "─"))
     if legend:
         blocks.append(_legend(network, width, digits, ascii))
-    text = "\n".join("\n".join(row.rstrip() for row in block) for block in blocks if block)
+    between = "\n\n" if apart else "\n"
+    text = between.join("\n".join(row.rstrip() for row in block) for block in blocks if block)
     return text.translate(_ASCII) if ascii else text
 
 
@@ -94,10 +96,6 @@ class _Part:
     levers: list[str] = field(default_factory=list)
     listed: bool = False  # a graph too wide for rails
     size: int = 0  # columns
-
-    def texts(self, names: dict[int, str]) -> tuple[list[str], list[str]]:
-        """The tags of a graph's branches and levers."""
-        return [_box(child, names)[0] for child in self.children], self.levers
 
 
 def _part(network: Network, names: Iterator[str]) -> _Part:
@@ -174,7 +172,14 @@ def _box(part: _Part, names: dict[int, str]) -> Box:
     if part.kind == "parallel":
         return _in_parallel(boxes)
     assert part.graph is not None
-    return rails.drawn(boxes, part.levers, part.graph)
+    return railtext.drawn(boxes, part.levers, part.graph)
+
+
+def _listing(part: _Part, names: dict[int, str], width: int) -> Box:
+    assert part.graph is not None
+    return railtext.listing(
+        [_box(child, names)[0] for child in part.children], part.levers, part.graph, width
+    )
 
 
 def _in_series(boxes: list[Box]) -> Box:
@@ -189,7 +194,9 @@ def _in_parallel(boxes: list[Box]) -> Box:
     for i, box in enumerate(boxes):
         first, last = i == 0, i == len(boxes) - 1
         left, right = ("┬", "┬") if first else ("└", "┘") if last else ("├", "┤")
-        rows.append(f"{left}─{rails.padded(box[0], inner, len(box) == 1 and '─' not in box[0])}─{right}")
+        spare = inner - len(box[0])
+        before = spare // 2 if len(box) == 1 and "─" not in box[0] else 0  # a lone tag stands in the middle
+        rows.append(f"{left}─{'─' * before}{box[0]}{'─' * (spare - before)}─{right}")
         edge = " " if last else "│"
         rows += [f"{edge} {row.ljust(inner)} {edge}" for row in box[1:]]
     return rows
@@ -200,12 +207,19 @@ def _framed(box: Box, start: str, end: str) -> Box:
 
 
 def _legend(network: Network, width: int, digits: int, ascii: bool) -> Box:
-    cells = [
-        f"{name} = {engineering(element.value, element.unit, digits, ascii)}"
-        + (" (far/near arm)" if element.letter == "n" else "")
-        for name, element in zip(network.names, network.elements(), strict=True)
-        if element.value is not None
-    ]
+    branches: list[str] = []
+    levers: list[str] = []
+    for name, element in zip(network.names, network.elements(), strict=True):
+        if element.value is not None:
+            text = f"{name} = {engineering(element.value, element.unit, digits, ascii)}"
+            if element.letter == "n":
+                levers.append(text + " (far arm / near arm)")
+            else:
+                branches.append(text)
+    return _in_columns(branches, width) + _in_columns(levers, width)
+
+
+def _in_columns(cells: list[str], width: int) -> Box:
     if not cells:
         return []
     cell = max(len(text) for text in cells)

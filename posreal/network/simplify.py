@@ -1,6 +1,6 @@
 """Fewer elements, the same admittance: like elements side by side or end to end are one.
 
-    k1 | k2 = k(k1 + k2),     k1 + k2 = k(1/(1/k1 + 1/k2)),     and so for dampers and inerters.
+k1 | k2 = k(k1 + k2),     k1 + k2 = k(1/(1/k1 + 1/k2)),     and so for dampers and inerters.
 """
 
 from __future__ import annotations

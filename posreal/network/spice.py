@@ -52,7 +52,9 @@ def spice(
     """
     low, high = frequencies
     if not 0 < low < high < float("inf") or per_decade < 1:
-        raise BadInput(f"{low:g} … {high:g} Hz is no range of frequencies; give two positive ones, the lower first.")
+        raise BadInput(
+            f"{low:g} … {high:g} Hz is no range of frequencies; give two positive ones, the lower first."
+        )
     if not title.isprintable():
         raise BadInput(f"The title {title!r} is not one line of text; give one.")
     flat = circuit(network)

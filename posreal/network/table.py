@@ -48,7 +48,5 @@ def table(network: Network, digits: int = 3) -> str:
     lines = [("name", "kind", "value", "exact", "unit")]
     lines += [(row.name, row.kind, row.value, row.exact, row.unit) for row in rows(network, digits)]
     widths = [max(len(line[i]) for line in lines) for i in range(5)]
-    cells = (
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines
-    )
+    cells = ("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
     return "\n".join(line.rstrip() for line in cells)

@@ -251,6 +251,21 @@ class Network(ABC):
     def __repr__(self) -> str:
         return f"parse({str(self)!r})"
 
+    def _repr_html_(self) -> str:
+        from posreal.network import notebook
+
+        return notebook.html(self)
+
+    def _repr_svg_(self) -> str:
+        from posreal.network import notebook
+
+        return notebook.svg(self)
+
+    def _repr_latex_(self) -> str:
+        from posreal.network import notebook
+
+        return notebook.latex(self)
+
 
 class _Leaf(Element, Network):
     """An element standing between two terminals."""

@@ -1,0 +1,173 @@
+"""Whatever a user calls a device, put into a problem's vehicle.
+
+Accepted are a layout with values (``S3 c=2.1e4 b=1.53e4``), a network (``k=2e5 | (c=2e4 + b=300)``), an admittance
+(``(s^2 + s + 1)/(s^2 + s + 4)``), a file that holds one of these or a device as JSON, and ``default`` for the
+vehicle as it comes. A layout is the whole strut; a network or an admittance takes the device's place, beside the
+static spring or behind the bush.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from posreal.admittance import Rational
+from posreal.admittance.device import as_rational
+from posreal.admittance.positive_real import require
+from posreal.design.layout import layout
+from posreal.design.optimise import evaluate_layout
+from posreal.design.problem import Problem
+from posreal.design.result import Design
+from posreal.errors import BadDevice, BadInput, listed
+from posreal.network import Network, parse
+
+_LARGEST = 1_000_000  # bytes of a device file
+_ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
+_ELEMENT = re.compile(r"\s*[({\s]*[kcb]\w*\s*(=|[|+)]|$)")
+
+
+def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Design:
+    """Put a device into the problem's vehicle and measure everything.
+
+    Parameters
+    ----------
+    problem : Problem
+    device : str, Network, Rational, python-control system, (numerator, denominator), or None
+        In the device's place; text may also be a layout with values, a file, or ``default``.
+
+    Raises
+    ------
+    BadDevice, BadInput
+        If it cannot be read.
+    NotPositiveReal
+        With the witness, if no springs, dampers and inerters make it.
+    Infeasible
+        If the vehicle is not stable with it.
+    """
+    if isinstance(device, str):
+        return read_design(problem, device.split() if _is_layout(device) else [device])
+    if device is None:
+        port = problem.default_port or problem.mounting.port(None)
+        return Design(label or "default", problem, port, None, None, problem.metrics(port))
+    network = device if isinstance(device, Network) else None
+    admittance = require(as_rational(device))
+    port = problem.mounting.port(admittance)
+    values = {} if network is None else network.values()
+    return Design(label or str(device), problem, port, admittance, network, problem.metrics(port), values)
+
+
+def read_design(problem: Problem, words: Sequence[str]) -> Design:
+    """The design that the words of a command line describe.
+
+    Parameters
+    ----------
+    problem : Problem
+    words : sequence of str
+        A device, followed by assignments to a layout's elements or to the vehicle's parameters.
+    """
+    if not words:
+        raise BadInput("no device given; accepted are a layout with values, a network, an admittance in s, or a file")
+    text, rest = words[0], words[1:]
+    is_layout = _is_layout(text)
+    chosen = layout(text) if is_layout else None
+    elements: dict[str, str] = {}
+    vehicle: dict[str, str] = {}
+    parameters = [field.name for field in dataclasses.fields(problem.vehicle)]
+    for word in rest:
+        match = _ASSIGNMENT.fullmatch(word.strip())
+        if match is None:
+            raise BadInput(f"{word!r} is not an assignment such as c=2.1e4; quote a device that has spaces in it")
+        name, value = match.groups()
+        if chosen is not None and name in chosen.network.names:
+            elements[name] = value.strip()
+        elif name in parameters:
+            vehicle[name] = value.strip()
+        else:
+            of_layout = f"the elements {listed(chosen.network.names)} of {chosen.name}, and " if chosen else ""
+            raise BadInput(f"unknown parameter {name!r}; accepted are {of_layout}the vehicle's {listed(parameters)}")
+    tuned = problem.with_vehicle(vehicle)  # type: ignore[arg-type]
+    if chosen is not None:
+        values = {name: _element_value(name, value) for name, value in elements.items()}
+        return evaluate_layout(
+            tuned, chosen, values, vehicle={name: getattr(tuned.vehicle, name) for name in vehicle}
+        )
+    return evaluate(tuned, read_device(text))
+
+
+def read_device(text: str) -> Network | Rational | None:
+    """A network, an admittance or a file with one of them; None for ``default``.
+
+    Raises
+    ------
+    BadDevice, BadInput
+    """
+    text = text.strip()
+    if text in ("default", "none"):
+        return None
+    if _is_file(text):
+        return _from_file(Path(text))
+    return parse(text) if _ELEMENT.match(text) or text.startswith("{") else as_rational(text)
+
+
+def _element_value(name: str, text: str) -> Any:
+    from posreal.units import exact_quantity
+
+    unit = {"k": "N/m", "c": "N*s/m", "b": "kg"}[name[0]]
+    value = exact_quantity(text, unit)
+    if value <= 0:
+        raise BadDevice(f"{name} is {text}; an element's value must be finite and above 0, in {unit.replace('*', ' ')}")
+    return value
+
+
+def _is_layout(text: str) -> bool:
+    first = text.split()[0] if text.split() else ""
+    return bool(re.fullmatch(r"[A-Za-z]\w*", first) and not re.fullmatch(r"[kcbs]\w*|default|none", first)) or (
+        first.endswith(".toml")
+    )
+
+
+def _is_file(text: str) -> bool:
+    return text.endswith((".json", ".txt", ".net")) or (len(text) < 4096 and "\n" not in text and Path(text).is_file())
+
+
+def _from_file(path: Path) -> Network | Rational | None:
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise BadInput(f"{path} is larger than {_LARGEST} bytes; a device is a page of text")
+        text = path.read_text(encoding="utf-8").strip()
+    except OSError as error:
+        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{path} is not a text file in UTF-8") from None
+    try:
+        if not text.startswith("{") or '"' not in text:
+            return read_device(text) if not _is_file(text) else _refuse_chain(path)
+        return _from_json(json.loads(text))
+    except json.JSONDecodeError as error:
+        raise BadInput(f"{path} is not valid JSON: {error}") from None
+    except BadDevice as error:
+        raise BadDevice(f"{path}: {error}") from None
+
+
+def _refuse_chain(path: Path) -> None:
+    raise BadInput(f"{path} names another file; give a file that holds a device")
+
+
+def _from_json(document: Any) -> Network | Rational:
+    """A device from what posreal itself prints with ``--json``, or from a bare numerator and denominator."""
+    for key in ("design", "device"):
+        if isinstance(document, dict) and isinstance(document.get(key), dict):
+            document = document[key]
+    if isinstance(document, dict) and isinstance(document.get("network"), str):
+        return parse(document["network"])
+    if isinstance(document, dict) and isinstance(document.get("notation"), str):
+        return parse(document["notation"])
+    if isinstance(document, dict) and isinstance(document.get("rational"), dict):
+        document = document["rational"]
+    if isinstance(document, dict) and "numerator" in document:
+        return Rational.from_dict(document)
+    raise BadDevice("no device in this JSON; accepted is what --json prints, or numerator and denominator lists")

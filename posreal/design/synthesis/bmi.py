@@ -1,0 +1,259 @@
+"""The method of record: the bilinear matrix inequalities of [PS2006] by iterated semidefinite programs.
+
+    minimise trace BwᵀXBw   over the device (A, B, C, D) and X,   subject to   H2, PR and sector inequalities
+
+(:mod:`.inequalities`). The device is kept in coordinates where P = I, so its PR inequality is linear and exact; only
+the products X·Acl are bilinear. They are linearised at the current point [HassibiHowBoyd1999] within a ball around the
+device. What that drops is, to second order, the form
+
+    q(δ) = 2 trace Y dA(δ)ᵀ X₁(δ),    A Y + Y Aᵀ + Bw Bwᵀ = 0,    X₁ the first change of X
+
+in the step δ of the device; its convex part goes into the objective. Without it the iteration is steepest descent
+between inequalities and stalls; with it, it ends in a few Newton-like steps.
+
+The solver only proposes. The matrices that the PR inequality calls positive semidefinite are factored, which makes the
+proposal positive real by construction, and `measure` recomputes the figure and the constraints with exact delays:
+a proposal that is not better is not taken and the ball shrinks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, solve_continuous_lyapunov
+
+from posreal.admittance import PortHamiltonian
+from posreal.design.synthesis import inequalities, semidefinite
+from posreal.design.synthesis.generalised_plant import GeneralisedPlant
+from posreal.design.synthesis.semidefinite import Ball, Shape, Unknowns
+
+Real = NDArray[np.float64]
+
+DEVICE = ("A", "B", "C", "D")
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A vehicle whose closed-loop poles must have at least a damping ratio (one speed of many)."""
+
+    plant: GeneralisedPlant
+    damping: float
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How far and how finely to iterate.
+
+    Attributes
+    ----------
+    iterations : int
+        Semidefinite programs solved at most.
+    solver_iterations : int
+        Interior-point iterations in each.
+    radius, smallest_radius : float
+        Of the ball around the scaled device, at first and when to stop.
+    settled : float
+        Relative gain of an accepted step that counts as none; two such steps in a row end the iteration.
+    """
+
+    iterations: int = 60
+    solver_iterations: int = 60
+    radius: float = 0.5
+    smallest_radius: float = 1e-5
+    settled: float = 1e-6
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Where the iteration ended: the best device, its measured value, steps taken and steps refused."""
+
+    device: PortHamiltonian
+    value: float
+    taken: int
+    refused: int
+
+
+def iterate(
+    plant: GeneralisedPlant,
+    start: PortHamiltonian,
+    measure: Callable[[PortHamiltonian], float],
+    *,
+    sectors: Sequence[Sector] = (),
+    settings: Settings | None = None,
+    taken: Callable[[PortHamiltonian, float], None] = lambda device, value: None,
+) -> Outcome:
+    """Improve a device by iterated semidefinite programs.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+        Where the H2 norm is taken.
+    start : PortHamiltonian
+        Scaled device, without spring or inerter beside it (these belong to the plant).
+    measure : function of a device
+        The figure, recomputed independently; inf where a constraint is broken.
+    sectors : sequence of Sector
+        Damping constraints.
+    settings : Settings, optional
+    taken : function of device and value
+        Called after each accepted step.
+
+    Returns
+    -------
+    Outcome
+        Its value is never above that of `start`.
+    """
+    settings = settings or Settings()
+    best, value, radius = start, measure(start), settings.radius
+    steps = refused = quiet = 0
+    for _ in range(settings.iterations):
+        if radius < settings.smallest_radius or quiet == 2:
+            break
+        proposal, promised = _step(plant, best, sectors, radius, settings.solver_iterations)
+        new = math.inf if proposal is None else measure(proposal)
+        if proposal is None or not new < value:
+            radius, refused = radius / 4, refused + 1
+            continue
+        trust = (value - new) / max(promised, 1e-300)
+        quiet = quiet + 1 if value - new <= settings.settled * value else 0
+        radius *= 2.0 if trust > 0.6 else 1.0 if trust > 0.25 else 0.5
+        best, value, steps = proposal, new, steps + 1
+        taken(best, value)
+    return Outcome(best, value, steps, refused)
+
+
+def _step(
+    plant: GeneralisedPlant,
+    device: PortHamiltonian,
+    sectors: Sequence[Sector],
+    radius: float,
+    solver_iterations: int,
+) -> tuple[PortHamiltonian | None, float]:
+    """One semidefinite program: a proposal, and the decrease of the figure that it promises."""
+    form = device.state_space()
+    here: Unknowns = {"A": form.A, "B": form.B, "C": form.C, "D": form.D}
+    try:
+        point = _Point.at(plant, here)
+        tangents = [_Tangent.at(sector, here) for sector in sectors]
+        curvature = point.dropped_curvature(here)
+    except (LinAlgError, ValueError):
+        return None, 0.0
+    n, N = device.order, len(point.A)
+    shapes = {
+        "A": Shape(n, n),
+        "B": Shape(n, 1),
+        "C": Shape(1, n),
+        "D": Shape(1, 1),
+        "X": Shape(N, N, symmetric=True),
+        **{f"X{i}": Shape(len(t.A), len(t.A), symmetric=True) for i, t in enumerate(tangents)},
+    }
+    outcome = semidefinite.minimise(
+        shapes,
+        point.trace,
+        [
+            point.h2,
+            _positive_real,
+            *(lambda u, t=t, i=i: t.sector(u, f"X{i}") for i, t in enumerate(tangents)),  # type: ignore[misc]
+        ],
+        Ball({name: here[name] for name in DEVICE}, radius, curvature),
+        iterations=solver_iterations,
+    )
+    if outcome.unknowns is None:
+        return None, 0.0
+    before = float(point.trace({"X": point.X}))
+    after = float(point.trace(outcome.unknowns))
+    return _factored(outcome.unknowns), math.sqrt(max(before, 0.0)) - math.sqrt(max(after, 0.0))
+
+
+@dataclass(frozen=True)
+class _Point:
+    """The closed loop and its observability Gramian at the current device."""
+
+    plant: GeneralisedPlant
+    A: Real
+    B: Real
+    C: Real
+    X: Real
+
+    @classmethod
+    def at(cls, plant: GeneralisedPlant, device: Unknowns) -> _Point:
+        A, C = plant.closed(*(device[name] for name in DEVICE))
+        B = np.vstack([plant.Bw, np.zeros((len(A) - len(plant.A), plant.Bw.shape[1]))])
+        return cls(plant, A, B, C, solve_continuous_lyapunov(A.T, -C.T @ C))
+
+    def trace(self, u: Unknowns) -> Real:
+        """trace BwᵀXBw."""
+        return np.asarray(np.trace(self.B.T @ u["X"] @ self.B, axis1=-2, axis2=-1))
+
+    def h2(self, u: Unknowns) -> Real:
+        """The H2 inequality with X·Acl linearised here."""
+        A, C = self.plant.closed(*(u[name] for name in DEVICE))
+        return inequalities.h2(inequalities.linearised(u["X"], A, self.X, self.A), C)
+
+    def dropped_curvature(self, device: Unknowns) -> Real:
+        """Convex part of the form q of the module's text, as a matrix on the stacked step."""
+        sizes = [device[name].size for name in DEVICE]
+        probes = np.split(np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1)
+        A, C = self.plant.closed(
+            *(probe.reshape(-1, *device[name].shape) for probe, name in zip(probes, DEVICE, strict=True))
+        )
+        dA, dC = A[1:] - A[0], C[1:] - C[0]
+        right = self.X @ dA + self.C.T @ dC
+        X1 = _lyapunov_batch(self.A, right + right.transpose(0, 2, 1))
+        Y = solve_continuous_lyapunov(self.A, -self.B @ self.B.T)
+        q = np.einsum("iab,jba->ij", Y @ X1, dA)
+        values, vectors = np.linalg.eigh(q + q.T)
+        return np.asarray((vectors * np.clip(values, 0.0, None)) @ vectors.T)
+
+
+@dataclass(frozen=True)
+class _Tangent:
+    """A sector inequality at the current device, in coordinates where the current X is I."""
+
+    plant: GeneralisedPlant
+    damping: float
+    A: Real
+    T: Real
+
+    @classmethod
+    def at(cls, sector: Sector, device: Unknowns) -> _Tangent:
+        A, _ = sector.plant.closed(*(device[name] for name in DEVICE))
+        # In real modal coordinates A is block-diagonal and X = I satisfies the inequality.
+        values, vectors = np.linalg.eig(A)
+        T = np.hstack(
+            [
+                (v.real[:, None] if w.imag == 0 else np.column_stack([v.real, v.imag]))
+                for w, v in zip(values, vectors.T, strict=True)
+                if w.imag >= 0
+            ]
+        )
+        return cls(sector.plant, sector.damping, np.linalg.solve(T, A @ T), T)
+
+    def sector(self, u: Unknowns, name: str) -> Real:
+        """The sector inequality with X·Acl linearised here."""
+        A, _ = self.plant.closed(*(u[part] for part in DEVICE))
+        A = np.linalg.solve(self.T, A @ self.T)
+        return inequalities.sector(inequalities.linearised(u[name], A, np.eye(len(self.A)), self.A), self.damping)
+
+
+def _positive_real(u: Unknowns) -> Real:
+    return inequalities.positive_real(*(u[name] for name in DEVICE))
+
+
+def _factored(u: Unknowns) -> PortHamiltonian:
+    """The device as J, G and a factor of [[R, P], [Pᵀ, S]] ⪰ 0, which is half the PR inequality's matrix."""
+    values, vectors = np.linalg.eigh(_positive_real(u) / 2)
+    L = vectors * np.sqrt(np.clip(values, 0.0, None))
+    return PortHamiltonian((u["A"] - u["A"].T) / 2, (u["B"] + u["C"].T) / 2, L)
+
+
+def _lyapunov_batch(A: Real, Q: Real) -> Real:
+    """X with AᵀX + XA + Q = 0 for a batch of Q, by diagonalising A once."""
+    values, T = np.linalg.eig(A)
+    inverse = np.linalg.inv(T)
+    X = -(T.T @ Q @ T) / (values[:, None] + values[None, :])
+    return np.asarray((inverse.T @ X @ inverse).real)

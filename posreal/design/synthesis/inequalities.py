@@ -1,0 +1,54 @@
+"""The matrix inequalities of positive-real synthesis [PS2006], each written once, as a matrix that must be ⪰ 0.
+
+    H2        −[[AᵀX + XA, Cᵀ], [C, −I]] ⪰ 0,   minimise trace BᵀXB          (A, C: closed loop)
+    PR        −[[AᵀP + PA, PB − Cᵀ], [BᵀP − C, −D − Dᵀ]] ⪰ 0                (A, B, C, D: device)
+    sector    −[[sin θ (AᵀX + XA), cos θ (AᵀX − XA)], [·, sin θ (AᵀX + XA)]] ⪰ 0,   damping ratio ≥ cos θ
+
+X enters only through the product M = XA, so a block is affine in the unknowns once M is: see :func:`linearised`.
+Leading axes broadcast.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+
+
+def h2(M: Real, C: Real) -> Real:
+    """−[[M + Mᵀ, Cᵀ], [C, −I]] with M = XA, one row in C: the observability Gramian inequality."""
+    one = np.ones((*C.shape[:-2], 1, 1))
+    return -_blocks([[M + _T(M), _T(C)], [C, -one]])
+
+
+def positive_real(A: Real, B: Real, C: Real, D: Real, P: Real | None = None) -> Real:
+    """The positive-real lemma; P = I unless given, which is what makes it linear in the device."""
+    if P is None:
+        P = np.eye(A.shape[-1])
+    off = P @ B - _T(C)
+    return -_blocks([[_T(A) @ P + P @ A, off], [_T(off), -D - _T(D)]])
+
+
+def sector(M: Real, damping: float) -> Real:
+    """Every eigenvalue λ of A has −Re λ/|λ| ≥ `damping`, with M = XA and X ≻ 0 [ChilaliGahinet1996]."""
+    cos, sin = damping, math.sqrt(1 - damping**2)
+    both, difference = sin * (M + _T(M)), cos * (_T(M) - M)
+    return -_blocks([[both, difference], [_T(difference), both]])
+
+
+def linearised(X: Real, A: Real, X0: Real, A0: Real) -> Real:
+    """XA ≈ X0 A + X A0 − X0 A0: the product at (X0, A0) to first order."""
+    return X0 @ A + (X - X0) @ A0
+
+
+def _blocks(rows: list[list[Real]]) -> Real:
+    batch = np.broadcast_shapes(*(part.shape[:-2] for row in rows for part in row))
+    full = [[np.broadcast_to(part, (*batch, *part.shape[-2:])) for part in row] for row in rows]
+    return np.concatenate([np.concatenate(row, axis=-1) for row in full], axis=-2)
+
+
+def _T(M: Real) -> Real:
+    return np.swapaxes(M, -1, -2)

@@ -1,0 +1,194 @@
+"""From an admittance to a network that provably has it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from posreal.admittance import Device, Rational, as_rational
+from posreal.errors import BadDevice, BadInput, PosrealError, listed
+from posreal.network import Network
+from posreal.realise.digits import shortest
+from posreal.realise.lift import lifted
+from posreal.realise.long import Long
+from posreal.realise.methods import METHODS
+from posreal.realise.proof import Proof, Unproven, prove, require_proof
+
+PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
+
+
+@dataclass(frozen=True)
+class Realisation:
+    """A network, the device it stands for, and the proof.
+
+    Attributes
+    ----------
+    network : Network
+        Every element valued and positive.
+    method : str
+        How it was found.
+    device : Rational
+        What was asked for.
+    target : Rational
+        What was realised: the device, or the device with the lift.
+    proof : Proof
+        Relative residuals of the network's admittance, from its graph, against the target.
+    lift : float
+        Damper (N s/m) added in parallel to a device that missed positive real by rounding; 0 if none.
+    notes : tuple of str
+        What the user should know: the lift, methods that did not apply.
+    """
+
+    network: Network
+    method: str
+    device: Rational
+    target: Rational
+    proof: Proof
+    lift: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def residual(self) -> float:
+        """The relative residual of the proof."""
+        return self.proof.residual
+
+    @property
+    def springs(self) -> int:
+        """Number of springs."""
+        return self.network.counts.springs
+
+    @property
+    def dampers(self) -> int:
+        """Number of dampers."""
+        return self.network.counts.dampers
+
+    @property
+    def inerters(self) -> int:
+        """Number of inerters."""
+        return self.network.counts.inerters
+
+    @property
+    def levers(self) -> int:
+        """Number of levers."""
+        return self.network.counts.levers
+
+    @property
+    def spread(self) -> float:
+        """The largest over the smallest value of one kind of element, for the kind where that is worst."""
+        worst = 1.0
+        for letter in "kcb":
+            values = [float(part.exact) for part in self.network.elements() if part.letter == letter]
+            if values:
+                worst = max(worst, max(values) / min(values))
+        return worst
+
+    @property
+    def rank(self) -> tuple[int, int, float]:
+        """What `auto` minimises: elements, then those that store energy, then the spread."""
+        return len(self.network), self.springs + self.inerters, self.spread
+
+    def check(self) -> Proof:
+        """Prove the network again from scratch.
+
+        Raises
+        ------
+        Unproven
+            If its admittance differs from the target by more than 1e-9.
+        """
+        return require_proof(self.network, self.target)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        counts = {"springs": self.springs, "dampers": self.dampers, "inerters": self.inerters}
+        return {
+            "notation": str(self.network),
+            "elements": {**counts, "levers": self.levers},
+            "residual": self.residual,
+            "method": self.method,
+            "spread": self.spread,
+            "lift": self.lift,
+            "notes": list(self.notes),
+            "rational": self.target.to_dict(),
+        }
+
+
+def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Realisation:
+    """A network of springs, dampers and inerters with this admittance.
+
+    Parameters
+    ----------
+    device : object
+        Anything `as_rational` reads. One that misses positive real by rounding is lifted by the smallest parallel
+        damper that repairs it, and the result says so.
+    method : str
+        A name in `METHODS`, or "auto": the fewest elements any of them gives.
+    levers : bool
+        Let "auto" use levers (Brune), which cost an element of another kind but save many.
+
+    Returns
+    -------
+    Realisation
+        Its `residual` is recomputed from the network's graph and is below 1e-9.
+
+    Raises
+    ------
+    NotPositiveReal
+        If no such network exists, with the witness.
+    BadDevice
+        If the method does not serve this device, with the reason, or there is no device at all.
+    Unproven
+        If the network's admittance is not the device's; a fault of the program.
+    """
+    if method == "auto":
+        found = realise_all(device)
+        return min((r for r in found if levers or not r.levers), key=lambda r: r.rank)
+    if method not in METHODS:
+        raise BadInput(f"There is no method {method!r}; take auto, {listed(METHODS)}.")
+    y, repaired, lift, notes = _prepared(device)
+    return _realised(method, y, repaired, lift, notes)
+
+
+def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Realisation]:
+    """Every realisation there is a method for, fewest elements first; methods that do not apply are left out.
+
+    Parameters and errors are those of `realise`.
+    """
+    y, repaired, lift, notes = _prepared(device)
+    found, refusals = [], []
+    for method in METHODS if methods is None else methods:
+        try:
+            found.append(_realised(method, y, repaired, lift, notes))
+        except BadDevice as refusal:
+            refusals.append(refusal)
+    if not found:
+        raise refusals[0]
+    return sorted(found, key=lambda r: r.rank)
+
+
+def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...]]:
+    y = as_rational(device)
+    if y.is_zero():
+        raise BadDevice("The admittance is zero, which is no device at all; there is nothing to build.")
+    repaired, lift = lifted(y)
+    notes = () if lift == 0 else (f"lifted by a parallel damper of {lift:.3g} N s/m to be positive real",)
+    return y, repaired, lift, notes
+
+
+def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tuple[str, ...]) -> Realisation:
+    problem: PosrealError | None = None
+    for bits in PRECISIONS:
+        arithmetic = Long(bits)
+        try:
+            network = METHODS[method](target, arithmetic)
+            network = shortest(network, target, arithmetic)
+            return Realisation(network, method, y, target, require_proof(network, target), lift, notes)
+        except Unproven as failure:
+            problem = failure
+        except (ArithmeticError, IndexError) as failure:
+            problem = Unproven(f"The method {method} broke down on this device ({failure}); try another one.")
+    assert problem is not None
+    raise problem
+
+
+__all__ = ["Realisation", "prove", "realise", "realise_all"]

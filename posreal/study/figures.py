@@ -1,0 +1,213 @@
+"""Figures 3, 4, 7, 8, 9 and 10 of [Jiang2012], from the designs of a reproduction."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from posreal.design import Design
+from posreal.errors import BadInput
+from posreal.study.reproduce import Reproduction
+from posreal.vehicle import PlanView, SideView
+from posreal.vehicle import metrics as figures_of
+
+_STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
+
+
+def _canvas(width: float, height: float, panels: int = 1) -> tuple[Any, Any]:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, panels, figsize=(width, height), layout="constrained", squeeze=False)
+    for axis in axes[0]:
+        axis.grid(True, color="0.9", linewidth=0.6)
+    return figure, axes[0]
+
+
+def _plan(design: Design) -> PlanView:
+    vehicle = design.problem.vehicle
+    assert isinstance(vehicle, PlanView)
+    return vehicle
+
+
+def _side(design: Design) -> SideView:
+    vehicle = design.problem.vehicle
+    assert isinstance(vehicle, SideView)
+    return vehicle
+
+
+def _lateral_label(design: Design) -> str:
+    if not design.found:
+        return "default"
+    return f"{design.label}, {'primary too' if design.problem.name.endswith('primary') else 'secondary only'}"
+
+
+def figure3(reproduction: Reproduction) -> Any:
+    """(a) J1y and (b) least damping ratio against speed, for the schemes of Table 2."""
+    figure, (left, right) = _canvas(11, 4.2, 2)
+    speeds = figures_of.SPEEDS
+    for row, style in zip(reproduction.tables[2], _STYLES, strict=False):
+        design, vehicle = row.optimum, _plan(row.optimum)
+        rms = [figures_of.lateral_rms(vehicle.at(v), design.port, paper=False) for v in speeds]
+        poles = figures_of.lateral_poles(vehicle, design.port, speeds)
+        least = 100 * np.min(-poles.real / np.abs(poles), axis=1)
+        left.plot(speeds, rms, linestyle=style, label=_lateral_label(design))
+        right.plot(speeds, least, linestyle=style, label=_lateral_label(design))
+    left.set(xlabel="speed V [m/s]", ylabel="J1y [m/s²]", title="(a) r.m.s. lateral acceleration")
+    right.set(xlabel="speed V [m/s]", ylabel="least damping ratio [%]", title="(b) least damping ratio")
+    floor = reproduction.lateral_default["Ldmp"].value
+    right.axhline(floor, color="0.4", linewidth=0.8)
+    right.annotate(f"default's least, {floor:.2f} %", (30, floor), xytext=(0, 4), textcoords="offset points", color="0.4")
+    left.legend(fontsize=8)
+    return figure
+
+
+def figure4(reproduction: Reproduction) -> Any:
+    """Lateral displacement of the body on entering the curve, for the schemes of Table 3."""
+    figure, (axis,) = _canvas(7, 4.4)
+    time = np.linspace(0, 8, 1601)
+    for row, style in zip(reproduction.tables[3], _STYLES, strict=False):
+        design = row.optimum
+        yv = 1e3 * figures_of.curve_response(_plan(design), design.port, time)
+        axis.plot(time, yv, linestyle=style, label=f"{_lateral_label(design)}: {np.abs(yv).max():.1f} mm")
+    axis.set(xlabel="time [s]", ylabel="yv [mm]", title="body displacement entering the curve, V = 55 m/s")
+    axis.legend(fontsize=8)
+    return figure
+
+
+def _vertical(reproduction: Reproduction) -> list[tuple[str, Design]]:
+    """Airspring only and S4, S5, S7 (S6 is S5)."""
+    rows = [row.optimum for row in reproduction.tables[6] if row.layout.name != "S6"]
+    default = rows[0].problem.default_port
+    assert default is not None
+    return [("airspring only", replace(rows[0], port=default)), *((row.label, row) for row in rows)]
+
+
+def _densities(axis: Any, reproduction: Reproduction, position: str) -> None:
+    hertz = np.geomspace(0.2, 20, 1200)
+    for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
+        density = figures_of.vertical_psd(_side(design), design.port, position, 2 * np.pi * hertz)
+        axis.loglog(hertz, 2 * np.pi * density, linestyle=style, label=label)
+    axis.set(xlabel="frequency [Hz]", ylabel="density [(m/s²)²/Hz]", ylim=(1e-7, None))
+
+
+def figure7(reproduction: Reproduction) -> Any:
+    """Power spectral density of the body acceleration over the trailing bogie."""
+    figure, (axis,) = _canvas(7, 4.4)
+    _densities(axis, reproduction, "T")
+    axis.set_title("vertical acceleration over the trailing bogie (T)")
+    axis.legend(fontsize=8)
+    return figure
+
+
+def figure8(reproduction: Reproduction) -> Any:
+    """Power spectral density of the body acceleration over the leading bogie and in the middle."""
+    figure, axes = _canvas(11, 4.2, 2)
+    for axis, position, title in zip(axes, "LM", ("over the leading bogie (L)", "in the middle (M)"), strict=True):
+        _densities(axis, reproduction, position)
+        axis.set_title(f"vertical acceleration {title}")
+    axes[0].legend(fontsize=8)
+    return figure
+
+
+def figure9(reproduction: Reproduction) -> Any:
+    """J1z at L, M and T against the airspring's damping Crz, element values kept."""
+    figure, axes = _canvas(12, 4.2, 3)
+    nominal = _side(reproduction.tables[6][0].optimum).Crz
+    dampings = np.linspace(0.25, 2.0, 29) * nominal
+    for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
+        for axis, position in zip(axes, "LMT", strict=True):
+            ride = []
+            for damping in dampings:
+                changed = replace(_side(design), Crz=float(damping))
+                beside = changed.airspring()
+                port = beside if label == "airspring only" else beside | _strut(design)
+                ride.append(figures_of.vertical_ride(changed, port, position))
+            axis.plot(dampings / 1e3, ride, linestyle=style, label=label)
+    for axis, position in zip(axes, "LMT", strict=True):
+        axis.axvline(nominal / 1e3, color="0.6", linewidth=0.8)
+        axis.set(xlabel="Crz [kN s/m]", ylabel="J1z [%g]", title=f"J1z({position})")
+    axes[0].legend(fontsize=8)
+    return figure
+
+
+def _strut(design: Design) -> Any:
+    assert design.device is not None
+    return design.device
+
+
+def figure10(reproduction: Reproduction) -> Any:
+    """Deflection of the front and the rear secondary suspension when running onto a slope."""
+    figure, axes = _canvas(11, 4.2, 2)
+    time = np.linspace(0, 5, 1001)
+    for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
+        for axis, end in zip(axes, ("front", "rear"), strict=True):
+            deflection = 1e3 * figures_of.slope_deflection(_side(design), design.port, end, time)
+            axis.plot(time, deflection, linestyle=style, label=f"{label}: {np.abs(deflection).max():.1f} mm")
+    for axis, end in zip(axes, ("front", "rear"), strict=True):
+        axis.set(xlabel="time [s]", ylabel="deflection [mm]", title=f"{end} secondary suspension, onto a slope")
+        axis.legend(fontsize=8)
+    return figure
+
+
+FIGURES: dict[str, Callable[[Reproduction], Any]] = {
+    "figure3.png": figure3,
+    "figure4.png": figure4,
+    "figure7.png": figure7,
+    "figure8.png": figure8,
+    "figure9.png": figure9,
+    "figure10.png": figure10,
+}
+
+
+def writable(folder: str | Path) -> Path:
+    """The folder, made if need be, once it is known that files can be written there.
+
+    Raises
+    ------
+    BadInput
+        Naming the folder and the reason.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BadInput(f"cannot write figures to {folder}: {error.strerror or error}") from None
+    return folder
+
+
+def draw(reproduction: Reproduction, folder: str | Path) -> Sequence[Path]:
+    """Write every figure as PNG to `folder`, each whole or not at all.
+
+    Returns
+    -------
+    paths of the files
+    """
+    import matplotlib.pyplot as plt
+
+    folder = writable(folder)
+    written = []
+    for name, make in FIGURES.items():
+        figure = make(reproduction)
+        path = folder / name
+        part = folder / f".{name}.part"
+        try:
+            figure.savefig(part, dpi=130, format="png")
+            os.replace(part, path)
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise BadInput(f"cannot write {path}: {error.strerror or error}") from None
+        finally:
+            plt.close(figure)
+        written.append(path)
+    return written
