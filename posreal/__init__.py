@@ -1,3 +1,96 @@
-"""posreal: optimal passive suspension devices, and how to build them from springs, dampers and inerters."""
+"""posreal: optimal passive suspension devices, and how to build them from springs, dampers and inerters.
+
+>>> import posreal as pr
+>>> problem = pr.problem("vertical-comfort")
+>>> s5 = pr.optimise(problem, pr.layout("S5"))
+>>> ideal = pr.synthesise(problem, order=2)            # doctest: +SKIP
+>>> network = pr.realise(ideal.device).network         # doctest: +SKIP
+>>> print(pr.diagram(s5.network))
+  body ─[ k ]─[ c ]─[ b ]─ bogie
+  k = 5 MN/m       c = 18 kN·s/m    b = 4110 kg
+"""
+
+from posreal.admittance import PortHamiltonian, Rational, StateSpace, Verdict, check, state_space
+from posreal.design import (
+    Constraint,
+    Design,
+    Layout,
+    Problem,
+    evaluate,
+    layout,
+    layouts,
+    optimise,
+    problem,
+    problems,
+    synthesise,
+)
+from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
+from posreal.network import (
+    Damper,
+    Inerter,
+    Network,
+    Parallel,
+    Series,
+    Spring,
+    nodal_admittance,
+    parse,
+)
+from posreal.network.diagram import diagram
+from posreal.network.table import table
+from posreal.realise import Realisation, realise, realise_all
+from posreal.study.compare import Comparison, compare
+from posreal.study.reproduce import Reproduction, reproduce
+from posreal.study.sweep import Sweep, sweep
+from posreal.vehicle import Metric, PlanView, Plant, QuarterCar, SideView
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "BadDevice",
+    "BadInput",
+    "Comparison",
+    "Constraint",
+    "Damper",
+    "Design",
+    "Inerter",
+    "Infeasible",
+    "Layout",
+    "Metric",
+    "Network",
+    "NotPositiveReal",
+    "Parallel",
+    "PlanView",
+    "Plant",
+    "PortHamiltonian",
+    "PosrealError",
+    "Problem",
+    "QuarterCar",
+    "Rational",
+    "Realisation",
+    "Reproduction",
+    "Series",
+    "SideView",
+    "Spring",
+    "StateSpace",
+    "Sweep",
+    "Verdict",
+    "__version__",
+    "check",
+    "compare",
+    "diagram",
+    "evaluate",
+    "layout",
+    "layouts",
+    "nodal_admittance",
+    "optimise",
+    "parse",
+    "problem",
+    "problems",
+    "realise",
+    "realise_all",
+    "reproduce",
+    "state_space",
+    "sweep",
+    "synthesise",
+    "table",
+]

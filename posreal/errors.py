@@ -6,6 +6,9 @@ The command line prints ``str(error)`` and leaves with ``exit_code``: 2 where th
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class PosrealError(Exception):
     """Base of all errors that are the caller's to mend; ``str()`` is one sentence of advice."""
@@ -44,7 +47,14 @@ class Infeasible(PosrealError):
     exit_code = 1
 
 
-def listed(names: object) -> str:
+def listed(names: Iterable[object]) -> str:
     """``a, b or c``: what would have been accepted, for the end of a message."""
-    words = [str(name) for name in names]  # type: ignore[attr-defined]
+    words = [str(name) for name in names]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
+
+
+def hint(word: str, names: Iterable[str]) -> str:
+    """``did you mean a?`` where one of `names` is near, else what is accepted."""
+    by_lower = {name.lower(): name for name in names}
+    near = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.7)
+    return f"did you mean {by_lower[near[0]]}?" if near else f"accepted are {listed(by_lower.values())}"

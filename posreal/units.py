@@ -20,8 +20,7 @@ _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*",
     re.S,
 )
-_UNIT = re.compile(r"[A-Za-zµμ°%·⋅*/^ ()²³\d-]*")
-_POWER = re.compile(r"\d{2,}")
+_UNIT = re.compile(r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?"))  # no nested powers, no brackets
 
 _EXAMPLES = {
     "N/m": ("N/m", "kN/m", "MN/m", "N/mm"),
@@ -145,7 +144,7 @@ def _factor(given: str, unit: str) -> Fraction:
     """How many of `unit` one of `given` is."""
     import pint
 
-    if len(given) > LONGEST or not _UNIT.fullmatch(given) or _POWER.search(given):
+    if len(given) > LONGEST or not _UNIT.fullmatch(_spelled(given)):
         raise BadInput(f"{_shown(given)!r} is not a unit; give {_accepted(unit)}.")
     registry = _registry()
     try:
@@ -172,8 +171,10 @@ def _registry() -> Any:
 
 
 def _spelled(unit: str) -> str:
-    text = unit.replace("·", "*").replace("⋅", "*").replace("²", "**2").replace("³", "**3").replace("^", "**")
-    return re.sub(r"(?<=[A-Za-z\d)])\s+(?=[A-Za-z(])", "*", text.replace("μ", "µ").strip())
+    """As pint writes it: ``kN·s/m²`` is ``kN*s/m**2``."""
+    text = unit.strip().replace("μ", "µ").replace("·", "*").replace("⋅", "*").replace("^", "**")
+    text = re.sub(r"\s*(\*\*|[*/])\s*", r"\1", text.replace("²", "**2").replace("³", "**3"))
+    return re.sub(r"\s+", "*", text)
 
 
 def _accepted(unit: str) -> str:

@@ -69,7 +69,7 @@ def minimum(E: fmpq_poly, D: fmpq_poly) -> Minimum:
     The place is exact to the ball-arithmetic precision in force (at least 128 bits); the value, being
     stationary there, to twice that.
     """
-    places: list[Minimum] = [Minimum(_at_zero(E, D), fmpq(0)), Minimum(_at_infinity(E, D), None)]
+    places = ends(E, D)
     for x, power in roots.positive_roots(D):
         falls = power % 2 == 1 or E(roots.midpoint(x)) < 0
         places.append(Minimum(-math.inf if falls else math.inf, roots.midpoint(x)))
@@ -78,6 +78,11 @@ def minimum(E: fmpq_poly, D: fmpq_poly) -> Minimum:
         points = [roots.midpoint(x) for x, _ in roots.positive_roots(slope)]
         places += [Minimum(E(x) / D(x), x) for x in points if D(x) != 0]
     return min(places, key=lambda place: place.rank)
+
+
+def ends(E: fmpq_poly, D: fmpq_poly) -> list[Minimum]:
+    """E/D at x = 0 and at infinity."""
+    return [Minimum(_at_zero(E, D), fmpq(0)), Minimum(_at_infinity(E, D), None)]
 
 
 def touches(E: fmpq_poly) -> tuple[float, ...]:

@@ -5,6 +5,7 @@ from posreal.design.layout import Layout, layout, layouts
 from posreal.design.optimise import optimise
 from posreal.design.problem import Constraint, Mounting, Problem, problem, problems
 from posreal.design.result import Design, metrics_to_dict
+from posreal.design.synthesise import synthesise
 
 __all__ = [
     "Constraint",
@@ -21,4 +22,5 @@ __all__ = [
     "problems",
     "read_design",
     "read_device",
+    "synthesise",
 ]

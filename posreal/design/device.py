@@ -24,6 +24,7 @@ from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.errors import BadDevice, BadInput, listed
 from posreal.network import Network, parse
+from posreal.units import exact_quantity
 
 _LARGEST = 1_000_000  # bytes of a device file
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
@@ -50,14 +51,12 @@ def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Desi
     """
     if isinstance(device, str):
         return read_design(problem, device.split() if _is_layout(device) else [device])
-    if device is None:
-        port = problem.default_port or problem.mounting.port(None)
-        return Design(label or "default", problem, port, None, None, problem.metrics(port))
     network = device if isinstance(device, Network) else None
-    admittance = require(as_rational(device))
-    port = problem.mounting.port(admittance)
+    admittance = problem.default_device if device is None else require(as_rational(device))
+    metrics = problem.metrics(problem.port(admittance))
     values = {} if network is None else network.values()
-    return Design(label or str(device), problem, port, admittance, network, problem.metrics(port), values)
+    name = label or ("default" if device is None else str(device))
+    return Design(name, problem, admittance, metrics, network=network, parameters=values)
 
 
 def read_design(problem: Problem, words: Sequence[str]) -> Design:
@@ -114,10 +113,11 @@ def read_device(text: str) -> Network | Rational | None:
 
 
 def _element_value(name: str, text: str) -> Any:
-    from posreal.units import exact_quantity
-
     unit = {"k": "N/m", "c": "N*s/m", "b": "kg"}[name[0]]
-    value = exact_quantity(text, unit)
+    try:
+        value = exact_quantity(text, unit)
+    except BadInput as error:
+        raise BadDevice(f"{name}={text}: {error}") from None
     if value <= 0:
         raise BadDevice(f"{name} is {text}; an element's value must be finite and above 0, in {unit.replace('*', ' ')}")
     return value

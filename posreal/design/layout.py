@@ -15,7 +15,6 @@ a *role* and takes its value from the vehicle. A file reads::
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from posreal.design.problem import Problem
-from posreal.errors import BadDevice, BadInput, listed
+from posreal.errors import BadDevice, BadInput, hint, listed
 from posreal.network import Network, parse
 from posreal.units import quantity
 from posreal.vehicle import read_toml
@@ -154,9 +153,7 @@ def layout(name: str | Path) -> Layout:
         return read_layout(text)
     known = sorted(path.name.removesuffix(".toml") for path in _folder().iterdir())
     if text not in known:
-        near = difflib.get_close_matches(text.upper(), known, n=1, cutoff=0.8)
-        hint = f"did you mean {near[0]}?" if near else f"the layouts are {listed(known)}, or a path ending in .toml"
-        raise BadInput(f"unknown layout {text!r}; {hint}")
+        raise BadInput(f"unknown layout {text!r}; {hint(text, [*known, 'a path ending in .toml'])}")
     return _shipped(text)
 
 

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from joblib import Parallel, delayed
 from scipy.optimize import minimize
-from scipy.stats import qmc
 
 from posreal.admittance.state_space import StateSpace, state_space
 from posreal.design.layout import Layout
@@ -96,7 +95,7 @@ class _Station:
         tuned, elements = self.tuned(theta)
         network = self.layout.network.with_values(elements)
         assert isinstance(tuned.vehicle, PlanView)
-        return tuned.vehicle, state_space(self.problem.layout_mounting.port(network.admittance()))
+        return tuned.vehicle, state_space(self.problem.port(network.admittance(), whole=True))
 
     def damping_ratios(self, theta: Array, speeds: Array) -> Array:
         """The least damping ratios of each speed, in ascending order, one after another."""
@@ -181,6 +180,8 @@ def _polish(station: _Station, start: Array, watch: _Watch) -> Array:
 
 def _screened(station: _Station, count: int, seed: int) -> Iterator[Array]:
     """Starting points: the most promising of a scrambled Sobol set over the bounds."""
+    from scipy.stats import qmc  # slow to import, and only a search needs it
+
     size = len(station.free.names)
     sobol = qmc.Sobol(size, scramble=True, rng=np.random.default_rng(seed)).random_base2(7)
     points = station.free.lower + sobol * (station.free.upper - station.free.lower)
@@ -296,10 +297,9 @@ def evaluate_layout(
     """A layout at given element values as a design; `vehicle` names tuned parameters for the record."""
     network = layout.valued(problem, values)
     device = network.admittance()
-    port = problem.layout_mounting.port(device)
-    return Design(
-        layout.name, problem, port, device, network, problem.metrics(port), network.values() | dict(vehicle or {})
-    )
+    metrics = problem.metrics(problem.port(device, whole=True))
+    parameters = network.values() | dict(vehicle or {})
+    return Design(layout.name, problem, device, metrics, network=network, whole=True, parameters=parameters)
 
 
 def _violating_speeds(station: _Station, theta: Array) -> Array:

@@ -12,7 +12,6 @@ default suspension, recomputed for the vehicle at hand.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from posreal.admittance import Rational
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, hint
 from posreal.vehicle import Metric, PlanView, QuarterCar, SideView, from_file, override
 from posreal.vehicle.metrics import lateral_metrics, quarter_car_metrics, vertical_metrics
 
@@ -142,15 +141,19 @@ class Problem:
         """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
         return Mounting(self.vehicle.airspring() if isinstance(self.vehicle, SideView) else None, None)
 
+    def port(self, device: Rational | None, *, whole: bool = False) -> Rational:
+        """Port admittance with `device` in its place, or with a `whole` strut, as a layout is."""
+        return (self.layout_mounting if whole else self.mounting).port(device)
+
+    @property
+    def default_device(self) -> Rational | None:
+        """What the vehicle comes with in the device's place."""
+        return Rational.damper(self.vehicle.Csy) if isinstance(self.vehicle, PlanView) else None
+
     @property
     def default_port(self) -> Rational | None:
         """Port admittance of the vehicle's default suspension, the reference of improvements; None if it has none."""
-        match self.vehicle:
-            case PlanView(Csy=c):
-                return self.mounting.port(Rational.damper(c))
-            case SideView():
-                return self.mounting.port(None)
-        return None
+        return None if isinstance(self.vehicle, QuarterCar) else self.port(self.default_device)
 
     # --- what counts -----------------------------------------------------------------------------------------
 
@@ -216,7 +219,7 @@ _PROBLEMS: dict[str, Problem] = {
         _lateral("lateral-comfort", "least lateral body acceleration, damping kept", "Macc", ("Ldmp",)),
         _lateral(
             "lateral-comfort-primary",
-            "the same with the primary lateral suspension free",
+            "least lateral body acceleration, damping kept, primary lateral suspension free",
             "Macc",
             ("Ldmp",),
             Kpy=_KPY,
@@ -231,7 +234,7 @@ _PROBLEMS: dict[str, Problem] = {
         ),
         _lateral(
             "lateral-gauging-primary",
-            "the same with the primary lateral suspension free",
+            "least body displacement entering a curve, damping and comfort kept, static and primary free",
             "max_yv",
             ("Ldmp", "Macc"),
             Kpy=_KPY,
@@ -282,9 +285,7 @@ def problem(
         For an unknown name, an option that the problem does not have, or a bad parameter.
     """
     if name not in _PROBLEMS:
-        near = difflib.get_close_matches(name, _PROBLEMS, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"the problems are {listed(_PROBLEMS)}"
-        raise BadInput(f"unknown problem {name!r}; {hint}")
+        raise BadInput(f"unknown problem {name!r}; {hint(name, _PROBLEMS)}")
     chosen = _PROBLEMS[name]
     if position is not None:
         if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T"):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from posreal.admittance import Rational
 from posreal.admittance.positive_real import require
 from posreal.design.problem import Problem
 from posreal.errors import Infeasible
-from posreal.network import Network
+from posreal.network import Network, nodal_admittance
 from posreal.vehicle import Metric
 
 
@@ -24,14 +27,15 @@ class Design:
         Name for tables: a layout, ``order 2``.
     problem : Problem
         With the vehicle as designed (chosen vehicle parameters in place).
-    port : Rational
-        Admittance of the whole secondary port.
     device : Rational or None
-        What stands in the device's place: the layout's network, or the admittance beside the spring or behind the
-        bush; None for no device.
-    network : Network or None
-        `device` as a network where it is one.
+        The admittance beside the static spring or behind the bush, or, if `whole`, that of the whole strut with its
+        own spring or bush (a layout); None for no device.
     metrics : mapping of metric name to Metric
+    network : Network or None
+        `device` as a network where it is one; then the metrics are the network's. Its values are rounded, so its
+        admittance may differ from the device's by up to 1e-9.
+    whole : bool
+        Whether the device is the whole strut.
     parameters : mapping of str to float
         Element values by name and chosen vehicle parameters, SI units.
     found : mapping
@@ -40,12 +44,18 @@ class Design:
 
     label: str
     problem: Problem
-    port: Rational
     device: Rational | None
-    network: Network | None
     metrics: Mapping[str, Metric]
+    network: Network | None = None
+    whole: bool = False
     parameters: Mapping[str, float] = field(default_factory=dict)
     found: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def port(self) -> Rational:
+        """Admittance of the whole secondary port, the network's where there is one."""
+        inner = self.device if self.network is None else self.network.admittance()
+        return self.problem.port(inner, whole=self.whole)
 
     @property
     def objective(self) -> Metric:
@@ -87,9 +97,14 @@ class Design:
         """
         if self.device is not None:
             require(self.device)
-        if self.network is not None and self.network.admittance() != self.device:
-            raise Infeasible(f"{self.label}: the network's admittance is not the device's")
-        anew = self.problem.metrics(self.port)
+        inner = self.device
+        if self.network is not None and self.device is not None:
+            inner = nodal_admittance(self.network)  # from its graph, not from the tree that the port was made with
+            s = 1j * np.geomspace(1e-3, 1e4, 200)
+            off = float(np.max(np.abs(inner(s) / self.device(s) - 1)))
+            if off > 1e-9:
+                raise Infeasible(f"{self.label}: the network's admittance differs from the device's by {off:.1e} relative")
+        anew = self.problem.metrics(self.problem.port(inner, whole=self.whole))
         for name, metric in anew.items():
             recorded = self.metrics[name].value
             if abs(metric.value - recorded) > tolerance * abs(recorded):

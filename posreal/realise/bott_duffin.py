@@ -1,12 +1,13 @@
 """Bott–Duffin [BottDuffin1949]: a minimum function as springs, dampers and inerters alone, no lever.
 
-For an impedance with Z(jω₀) = jX, X > 0 (its dual otherwise), take κ > 0 with Z(κ)/κ = X/ω₀ and Richards' function
+For an impedance with Z(jω₀) = jX, X > 0 (its dual otherwise), take κ > 0 with Z(κ)/κ = X/ω₀ and Richards'
+function
 
     R(s) = (κ Z(s) − s Z(κ)) / (κ Z(κ) − s Z(s)),        R(±jω₀) = 0,
     Z = [Z(κ) R  ∥  C = 1/(κ Z(κ))]  +  [Z(κ)/R  ∥  L = Z(κ)/κ].
 
-1/R has poles at ±jω₀, so 1/R = α s/(s² + ω₀²) + W with W positive real and two degrees lower; one bracket holds W/Z(κ), the
-other its dual, so W is realised once.
+1/R has poles at ±jω₀, so 1/R = α s/(s² + ω₀²) + W with W positive real and two degrees lower; one bracket
+holds W/Z(κ), the other its dual, so W is realised once.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def cycle(y: Rational, x: fmpq, arithmetic: Long, recurse: Recurse) -> Network:
 
 
 def richards(z: Rational, x: fmpq, arithmetic: Long) -> tuple[fmpq, fmpq, fmpq, Rational]:
-    """(X/ω₀, κ, α, W) with 1/R = α s/(s² + x) + W; the known factors s − κ and s² + x are divided out by name."""
+    """(X/ω₀, κ, α, W) with 1/R = α s/(s² + x) + W; known factors, s − κ and s² + x, are divided by name."""
     size = susceptance_slope(z, x)
     kappa = _kappa(z, size, arithmetic)
     z_kappa = kappa * size
@@ -59,4 +60,3 @@ def _kappa(z: Rational, size: fmpq, arithmetic: Long) -> fmpq:
         found = roots.positive_roots(z.n - size * S * z.d)
         balls: list[arb] = [ball for ball, _ in found]
         return shortened(roots.midpoint(balls[0]), arithmetic.bits)
-

@@ -2,10 +2,11 @@
 
 For an impedance with Z(jω₀) = jX, of either sign,
 
-    L₁ = X/ω₀,   1/(Z − L₁ s) = α s/(s² + ω₀²) + Y₁,   L₂ = 1/α,  C₂ = α/ω₀²,   1/Y₁ = L₃ s + rest,   L₁L₂ + L₂L₃ + L₃L₁ = 0.
+    L₁ = X/ω₀,   1/(Z − L₁ s) = α s/(s² + ω₀²) + Y₁,   L₂ = 1/α,  C₂ = α/ω₀²,   1/Y₁ = L₃ s + rest,   L₁L₂
+    + L₂L₃ + L₃L₁ = 0.
 
-One of L₁ and L₃ is negative, but the tee L₁, L₃, L₂ (L₂ in the leg) is a spring 1/(L₁ + L₂) under a lever of ratio
-n = L₂/(L₁ + L₂) about the leg's node, both positive:
+One of L₁ and L₃ is negative, but the tee L₁, L₃, L₂ (L₂ in the leg) is a spring 1/(L₁ + L₂) under a lever
+of ratio n = L₂/(L₁ + L₂) about the leg's node, both positive:
 
     1 ──┬── lever ── b ──┐
         └ k ─┐│pivot     rest
@@ -40,11 +41,10 @@ def cycle(y: Rational, x: fmpq, arithmetic: Long, recurse: Recurse) -> Network:
     degree = rest.n.degree()
     after = Rational(rest.n, arithmetic.cut(remainder.truncate(degree + 1)))
     ratio = second / (first + second)
-    return Graph(
-        (
-            (1, "g", spring(1 / (first + second))),
-            ("g", 0, inerter(alpha / x)),
-            ("b", 0, recurse(after)),
-        ),
-        ((1, "g", "b", Lever(to_fraction(ratio))),),
+    g, b = 2, 3
+    branches = (
+        (1, g, spring(1 / (first + second))),
+        (g, 0, inerter(alpha / x)),
+        (b, 0, recurse(after)),
     )
+    return Graph(branches, ((1, g, b, Lever(to_fraction(ratio))),))

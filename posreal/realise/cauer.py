@@ -1,8 +1,9 @@
 """Cauer's ladders [Cauer1926]: a continued fraction about infinity (first form) or about zero (second form).
 
-At infinity a positive-real Y is b s, a constant, or k/s. The inerter b in parallel, the spring k in series, or the constant, in
-parallel (Y − c) or in series (1/Y − 1/c), whichever leaves a positive-real rest, comes off; then the same again. The
-second form does the same about zero. All steps are rational, so the ladder is exact.
+At infinity a positive-real Y is b s, a constant, or k/s. The inerter b in parallel, the spring k in
+series, or the constant, in parallel (Y − c) or in series (1/Y − 1/c), whichever leaves a positive-real
+rest, comes off; then the same again. The second form does the same about zero. All steps are rational, so
+the ladder is exact.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ from __future__ import annotations
 from flint import fmpq, fmpq_poly
 
 from posreal.admittance import Rational, is_positive_real
-from posreal.errors import BadDevice
-from posreal.network import Damper, Inerter, Network, Spring, parallel, series
+from posreal.network import Damper, Inerter, Network, Parallel, Series, Spring, parallel, series
 from posreal.realise.elements import damper, inerter, spring
 from posreal.realise.long import Long
+from posreal.realise.refusal import DoesNotApply
 
 
 def from_infinity(y: Rational, arithmetic: Long) -> Network:
@@ -21,7 +22,7 @@ def from_infinity(y: Rational, arithmetic: Long) -> Network:
 
     Raises
     ------
-    BadDevice
+    DoesNotApply
         If a constant can come off neither side.
     """
     return _ladder(y, "Cauer's first form")
@@ -32,7 +33,7 @@ def from_zero(y: Rational, arithmetic: Long) -> Network:
 
     Raises
     ------
-    BadDevice
+    DoesNotApply
         If a constant can come off neither side.
     """
     return _swapped(_ladder(_reversed(y), "Cauer's second form"))
@@ -62,9 +63,10 @@ def _ladder(y: Rational, form: str) -> Network:
     for sign, rung in reversed(rungs):
         if ladder is None:
             ladder = rung
-        else:
-            ladder = parallel(rung, ladder) if sign == "|" else series(rung, ladder)
-    assert ladder is not None
+            continue
+        ladder = parallel(rung, ladder) if sign == "|" else series(rung, ladder)
+    if ladder is None:
+        raise DoesNotApply("The admittance is zero, so there is no ladder.")
     return ladder
 
 
@@ -75,7 +77,9 @@ def _constant_off(y: Rational, c: fmpq, form: str) -> tuple[str, Rational]:
     rest = y.inverse().without(Rational([1 / c]))
     if is_positive_real(rest):
         return "+", rest.inverse()
-    raise BadDevice(f"{form} would need a negative element here; it serves ladders of two kinds, so use bott-duffin.")
+    raise DoesNotApply(
+        f"{form} would need a negative element here; it serves ladders of two kinds, so use bott-duffin."
+    )
 
 
 def _reversed(y: Rational) -> Rational:
@@ -93,5 +97,6 @@ def _swapped(network: Network) -> Network:
         return Spring(network.exact)
     if isinstance(network, Damper):
         return network
-    children = tuple(_swapped(child) for child in network.children)  # type: ignore[attr-defined]
-    return type(network)(children)
+    if not isinstance(network, Series | Parallel):
+        raise TypeError(f"a ladder holds no {type(network).__name__}")
+    return type(network)(tuple(_swapped(child) for child in network.children))

@@ -1,7 +1,8 @@
 """Element values as short as the proof allows.
 
-Long arithmetic leaves hundreds of digits. A value that is a plain fraction to far more digits than it needs to write
-*is* that fraction; the others are rounded to 17 significant digits, or more where the network amplifies rounding.
+Long arithmetic leaves hundreds of digits. A value that is a plain fraction to far more digits than it
+needs to write *is* that fraction; the others are rounded to 17 significant digits, or more where the
+network amplifies rounding.
 """
 
 from __future__ import annotations
@@ -43,6 +44,8 @@ def _plain(value: Fraction, arithmetic: Long) -> Fraction:
 
 def _short(part: Element, digits: int) -> Fraction:
     value = part.exact
-    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 40 and not isinstance(part, Lever):
+    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 40 and not isinstance(
+        part, Lever
+    ):
         return value  # already short, and exact
     return to_fraction(rounded(fmpq(fmpz(value.numerator), fmpz(value.denominator)), digits))

@@ -41,8 +41,8 @@ def scaled(network: Network, factor: fmpq) -> Network:
 def dual(network: Network) -> Network:
     """The network whose admittance is this one's impedance.
 
-    Springs and inerters swap (k becomes b = 1/k), dampers invert, series and parallel swap, and so do the two arms of a
-    bridge that do not touch the same terminal.
+    Springs and inerters swap (k becomes b = 1/k), dampers invert, series and parallel swap, and so do the
+    two arms of a bridge that do not touch the same terminal.
 
     Raises
     ------
@@ -64,4 +64,6 @@ def dual(network: Network) -> Network:
         if ends == ((1, 2), (1, 3), (2, 3), (2, 0), (3, 0)):
             first, second, cross, third, fourth = (dual(part) for part in network.children)
             return Graph(((1, 2, first), (1, 3, third), (2, 3, cross), (2, 0, second), (3, 0, fourth)))
-    raise BadDevice("The dual of a network with levers, or of a graph that is not a bridge, is not formed here.")
+    raise BadDevice(
+        "The dual of a network with levers, or of a graph that is not a bridge, is not formed here."
+    )

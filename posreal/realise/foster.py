@@ -4,7 +4,8 @@ Second form, legs in parallel, for an admittance with simple poles on the imagin
 
     Y = k/s + b s + Σ α s/(s² + ω²) + Σ r/(s + p) − Σ g p/(s + p) + Y(∞),      g p/(s + p) = g − g s/(s + p)
 
-    α s/(s² + ω²) = spring α + inerter α/ω²;   r/(s + p) = spring r + damper r/p;   g s/(s + p) = damper g + inerter g/p.
+    α s/(s² + ω²) = spring α + inerter α/ω²;   r/(s + p) = spring r + damper r/p;   g s/(s + p) = damper g
+    + inerter g/p.
 
 First form: the same for 1/Y, legs in series. For functions of two kinds of element this is minimal.
 """
@@ -14,11 +15,11 @@ from __future__ import annotations
 from flint import fmpq
 
 from posreal.admittance import Rational, roots
-from posreal.errors import BadDevice
 from posreal.network import Network, parallel, series
 from posreal.realise.elements import damper, dual, inerter, spring
 from posreal.realise.long import Long
 from posreal.realise.preamble import axis_legs
+from posreal.realise.refusal import DoesNotApply
 
 
 def parallel_form(y: Rational, arithmetic: Long) -> Network:
@@ -26,7 +27,7 @@ def parallel_form(y: Rational, arithmetic: Long) -> Network:
 
     Raises
     ------
-    BadDevice
+    DoesNotApply
         If a pole is complex or repeated, or the constant that is left is negative.
     """
     return parallel(*_legs(y, arithmetic, "Foster's second form", "admittance"))
@@ -37,7 +38,7 @@ def series_form(y: Rational, arithmetic: Long) -> Network:
 
     Raises
     ------
-    BadDevice
+    DoesNotApply
         If a zero is complex or repeated, or the constant that is left is negative.
     """
     return series(*map(dual, _legs(y.inverse(), arithmetic, "Foster's first form", "impedance")))
@@ -49,9 +50,13 @@ def _legs(y: Rational, arithmetic: Long, form: str, quantity: str) -> list[Netwo
     slope = rest.d.derivative()
     for pole, power in _poles(rest, arithmetic):
         if power > 1:
-            raise BadDevice(f"{form} needs simple poles and the {quantity} has a repeated one; use bott-duffin.")
+            raise DoesNotApply(
+                f"{form} needs simple poles and the {quantity} has a repeated one; use bott-duffin."
+            )
         if pole is None:
-            raise BadDevice(f"{form} needs poles on the axes and the {quantity} has complex ones; use bott-duffin.")
+            raise DoesNotApply(
+                f"{form} needs poles on the axes and the {quantity} has complex ones; use bott-duffin."
+            )
         residue = rest.n(-pole) / slope(-pole)
         if residue > 0:
             legs.append(series(spring(residue), damper(residue / pole)))
@@ -62,7 +67,7 @@ def _legs(y: Rational, arithmetic: Long, form: str, quantity: str) -> list[Netwo
     size = abs(rest.n(fmpq(1)) / rest.d(fmpq(1))) + abs(constant)
     if abs(constant) > size * arithmetic.tolerance:
         if constant < 0:
-            raise BadDevice(f"{form} would need a negative damper for this {quantity}; use bott-duffin.")
+            raise DoesNotApply(f"{form} would need a negative damper for this {quantity}; use bott-duffin.")
         legs.append(damper(constant))
     return legs
 
@@ -74,5 +79,3 @@ def _poles(y: Rational, arithmetic: Long) -> list[tuple[fmpq | None, int]]:
             (-roots.midpoint(root.real) if root.imag == 0 else None, power)
             for root, power in roots.complex_roots(y.d)
         ]
-
-

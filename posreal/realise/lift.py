@@ -1,21 +1,21 @@
 """Devices that miss positive real by rounding: the smallest parallel damper that repairs them.
 
-Optimisers return devices on the boundary, where Re Y(jω) touches zero, and rounding puts them to either side. With
-poles in order, Y + c is positive real if and only if c ≥ −min Re Y(jω).
+Optimisers return devices on the boundary, where Re Y(jω) touches zero, and rounding puts them to either
+side. With poles in order, Y + c is positive real if and only if c ≥ −min Re Y(jω).
 """
 
 from __future__ import annotations
 
+import numpy as np
 from flint import fmpq, fmpz
 
 from posreal.admittance import NegativeReal, Rational, check, is_positive_real, require, resistance, roots
 from posreal.admittance.exact import to_float
-from posreal.realise.long import squared_size
 
-ROUNDING = fmpq(1, 10**6)  # a miss below this part of |Y| where it happens counts as rounding
+ROUNDING = 1e-6  # a miss below this part of the device's typical |Y| counts as rounding
 
 
-def lifted(y: Rational, limit: fmpq = ROUNDING) -> tuple[Rational, float]:
+def lifted(y: Rational, limit: float = ROUNDING) -> tuple[Rational, float]:
     """(positive-real admittance, damper added): the device itself and 0 if it is positive real.
 
     Raises
@@ -29,12 +29,17 @@ def lifted(y: Rational, limit: fmpq = ROUNDING) -> tuple[Rational, float]:
     damper = smallest_damper(y)
     if not isinstance(verdict.witness, NegativeReal) or damper is None:
         return require(y), 0.0
-    E, D = resistance.coprime(*resistance.real_part(y))
-    place = resistance.minimum(E, D).x
-    size = squared_size(y, place) if place is not None else (y.n.leading_coefficient()) ** 2
-    if damper * damper > limit * limit * size:
+    if to_float(damper) > limit * typical_size(y):
         return require(y), 0.0
     return y | Rational([damper]), to_float(damper)
+
+
+def typical_size(y: Rational) -> float:
+    """The median of |Y(jω)| over the sizes of the poles and zeros, in N s/m."""
+    with roots.precision(64):
+        corners = [abs(complex(root)) for p in (y.n, y.d) for root, _ in roots.complex_roots(p)]
+    sizes = np.abs(y(1j * np.array([w for w in corners if w > 0] or [1.0])))
+    return float(np.median(sizes[np.isfinite(sizes) & (sizes > 0)]))
 
 
 def smallest_damper(y: Rational) -> fmpq | None:

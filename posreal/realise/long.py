@@ -1,27 +1,27 @@
 """Long arithmetic for synthesis: rational functions whose coefficients keep a set number of bits.
 
-The minimum of Re Y is a double root, so floats lose half their digits there, and factors that cancel on paper leave
-phantom poles behind. Here coefficients keep hundreds of digits, factors known to cancel are divided out by name,
-and what lies closer together than the tolerance (the fourth root of the rounding error) is one and the same.
+The minimum of Re Y is a double root, so floats lose half their digits there, and factors that cancel on
+paper leave phantom poles behind. Here coefficients keep hundreds of digits, factors known to cancel are
+divided out by name, and what lies closer together than the tolerance (the fourth root of the rounding
+error) is one and the same.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from flint import acb, arb, fmpq, fmpq_poly, fmpz
 
 from posreal.admittance import Rational, resistance, roots
-from posreal.admittance.exact import even_part, odd_part
+from posreal.admittance.exact import even_part, odd_part, to_fmpq
 from posreal.admittance.rational import S
 
 
 def shortened(value: fmpq, bits: int) -> fmpq:
     """The value cut to so many significant bits."""
-    size = value.p.bit_length() if hasattr(value.p, "bit_length") else int(value.p).bit_length()
-    shift = bits - size + int(value.q).bit_length()
-    if value.p == 0 or (value.q == 1 and size <= bits):
+    if value.height_bits() <= bits:
         return value
+    shift = bits - value.p.height_bits() + value.q.height_bits()
     if shift >= 0:
         return fmpq((value.p * (fmpz(1) << shift)) // value.q, fmpz(1) << shift)
     return fmpq((value.p // (value.q * (fmpz(1) << -shift))) * (fmpz(1) << -shift))
@@ -50,6 +50,16 @@ class Long:
     """How many bits coefficients keep, and what follows from it."""
 
     bits: int = 1024
+    negligible: fmpq = field(default_factory=fmpq)
+    """Part of |Y| under which a least real part counts as zero, if that is more than the tolerance."""
+    centre: fmpq = field(default_factory=lambda: fmpq(1))
+    """A frequency amid the device's poles and zeros, in rad/s."""
+
+    def around(self, device: Rational) -> Long:
+        """The same arithmetic, centred on a device."""
+        sizes = sorted(abs(complex(root)) for p in (device.n, device.d) for root in self.roots(p))
+        inner = [size for size in sizes if 0 < size < float("inf")]
+        return replace(self, centre=to_fmpq(inner[len(inner) // 2])) if inner else self
 
     @property
     def tolerance(self) -> fmpq:
@@ -62,7 +72,7 @@ class Long:
 
     def cleaned(self, device: Rational) -> Rational:
         """Cut coefficients, and drop poles that lie on zeros and those further out or in than can be real."""
-        device = Rational(self.cut(device.n), self.cut(device.d))
+        device = Rational(self._bounded(self.cut(device.n)), self._bounded(self.cut(device.d)))
         n, d = device.n, device.d
         zeros, poles = self.roots(n), self.roots(d)
         for pole in poles:
@@ -74,6 +84,11 @@ class Long:
                 n, d = n // factor, d // factor
                 zeros.remove(near)
         return Rational(self.cut(n), self.cut(d)) if n.degree() < device.n.degree() else device
+
+    def is_nothing(self, rest: Rational, device: Rational) -> bool:
+        """Whether what is left of a device is rounding only; both are positive on the positive real line."""
+        s = self.centre
+        return rest.is_zero() or abs(rest.n(s) / rest.d(s)) <= self.tolerance * abs(device.n(s) / device.d(s))
 
     def roots(self, p: fmpq_poly) -> list[acb]:
         """Every root, repeated ones repeated."""
@@ -93,15 +108,29 @@ class Long:
         return pairs
 
     def least_real_part(self, device: Rational) -> resistance.Minimum:
-        """The minimum of Re Y(jω), zero where it is nothing against |Y|."""
+        """The minimum of Re Y(jω): zero where that is rounding, at 0 or ∞ where that is no worse."""
         E, D = resistance.coprime(*resistance.real_part(device))
         with roots.precision(self.bits):
             least = resistance.minimum(E, D)
         if isinstance(least.value, float) or not least.inside or least.x is None:
             return least
-        if least.value * least.value <= self.tolerance * squared_size(device, least.x):
+        end = min(resistance.ends(E, D), key=lambda place: place.rank)
+        if not isinstance(end.value, float) and end.value - least.value <= self.tolerance * end.value:
+            return end
+        part = max(self.tolerance, self.negligible**2)
+        if least.value * least.value <= part * squared_size(device, least.x):
             return resistance.Minimum(fmpq(0), least.x)
         return least
+
+    def _bounded(self, p: fmpq_poly) -> fmpq_poly:
+        """The polynomial without roots that rounding put near infinity, and those near zero put there."""
+        low, high = self.centre * self.tolerance, self.centre / self.tolerance
+        with roots.precision(self.bits):
+            sizes = [abs(root) for root in self.roots(p)]
+            beyond = sum(1 for size in sizes if size > arb(high))
+            below = sum(1 for size in sizes if size < arb(low))
+        coefficients = p.coeffs()[: len(p.coeffs()) - beyond] if beyond else p.coeffs()
+        return fmpq_poly([fmpq(0)] * below + coefficients[below:])
 
     def _same(self, p: acb, q: acb) -> bool:
         with roots.precision(self.bits):

@@ -1,4 +1,4 @@
-"""The realisation methods by name: each takes a positive-real admittance and gives a network, or refuses with the reason."""
+"""The realisation methods by name: each makes a network of a positive-real admittance, or says why not."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from posreal.admittance import Rational
 from posreal.network import Network
-from posreal.realise import bott_duffin, brune, cauer, foster
+from posreal.realise import bott_duffin, brune, cauer, foster, reza_pantell
 from posreal.realise.long import Long
 from posreal.realise.preamble import Synthesis
 
@@ -18,5 +18,6 @@ METHODS: dict[str, Method] = {
     "cauer-1": cauer.from_infinity,
     "cauer-2": cauer.from_zero,
     "brune": lambda y, arithmetic: Synthesis(brune.cycle, arithmetic)(y),
+    "reza-pantell": lambda y, arithmetic: Synthesis(reza_pantell.cycle, arithmetic)(y),
     "bott-duffin": lambda y, arithmetic: Synthesis(bott_duffin.cycle, arithmetic)(y),
 }

@@ -4,9 +4,9 @@ In turn, as long as anything comes off: poles of Y on the imaginary axis (0 and 
 
     Y = k/s + b s + Σ α s/(s² + ω²) + rest,      α s/(s² + ω²) = spring α in series with inerter α/ω²;
 
-poles of 1/Y the dual legs in series; then the least value of Re Y or of Re 1/Y is a damper. If that least value lies at 0 or ∞,
-a zero appears there and the degree falls; if it lies between on both sides, what is left is a minimum function and goes to a
-cycle (Bott–Duffin, Brune, …) that takes its degree down by two.
+poles of 1/Y the dual legs in series; then the least value of Re Y or of Re 1/Y is a damper. If that least
+value lies at 0 or ∞, a zero appears there and the degree falls; if it lies between on both sides, what is
+left is a minimum function and goes to a cycle (Bott–Duffin, Brune, …) that takes its degree down by two.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 from flint import fmpq, fmpq_poly
 
-from posreal.admittance import Rational
+from posreal.admittance import Rational, resistance
 from posreal.admittance.rational import S
 from posreal.errors import BadDevice
 from posreal.network import Network, parallel, series
 from posreal.realise.elements import damper, dual, inerter, spring
-from posreal.realise.long import Long, at_axis
+from posreal.realise.long import Long, at_axis, squared_size
 
 Recurse = Callable[[Rational], Network]
 Cycle = Callable[[Rational, fmpq, Long, Recurse], Network]
@@ -35,7 +35,7 @@ class Synthesis:
     """The preamble, with the cycle that takes over at minimum functions."""
 
     cycle: Cycle
-    arithmetic: Long = Long()
+    arithmetic: Long
 
     def __call__(self, device: Rational) -> Network:
         """A network with this admittance, which must be positive real and not zero."""
@@ -44,38 +44,49 @@ class Synthesis:
             return damper(y.n[0])
         legs, rest = axis_legs(y, self.arithmetic)
         if legs:
-            return parallel(*legs, *([] if rest.is_zero() else [self(rest)]))
+            return parallel(*legs, *([] if self.arithmetic.is_nothing(rest, y) else [self(rest)]))
         legs, rest = axis_legs(y.inverse(), self.arithmetic)
         if legs:
-            return series(*map(dual, legs), *([] if rest.is_zero() else [self(rest.inverse())]))
+            done = self.arithmetic.is_nothing(rest, y.inverse())
+            return series(*map(dual, legs), *([] if done else [self(rest.inverse())]))
         return self._without_resistance(y)
 
     def _without_resistance(self, y: Rational) -> Network:
-        sides = []
+        sides: list[tuple[Rational, bool, fmpq, resistance.Minimum]] = []
         for side, inverted in ((y, False), (y.inverse(), True)):
             least = self.arithmetic.least_real_part(side)
             if isinstance(least.value, float):
                 raise BadDevice("A pole on the axis was not recognised; raise the precision.")
-            sides.append((side, inverted, least))
-        ends = [entry for entry in sides if not entry[2].inside]
+            sides.append((side, inverted, least.value, least))
+        ends = [entry for entry in sides if not entry[3].inside]
         choices = (ends or sides) if y.degree <= TRY_BOTH else (ends or sides)[:1]
-        if all(least.value == 0 for _, _, least in choices):
+        if all(c == 0 for _, _, c, _ in choices):
             choices = choices[:1]
         networks = []
-        for side, inverted, least in choices:
-            rest = side.without(Rational([least.value]))
-            if least.inside:
-                inner = self._minimum_function(rest.inverse() if inverted else rest, least.x)
-            else:
+        for side, inverted, c, least in choices:
+            rest = side.without(Rational([c]))
+            if least.x is None or not least.inside:
                 inner = self(rest.inverse() if inverted else rest)
-            if least.value != 0:
-                inner = series(damper(1 / least.value), inner) if inverted else parallel(damper(least.value), inner)
+            elif squared_size(rest, least.x) <= self.arithmetic.tolerance * squared_size(side, least.x):
+                inner = self(_with_zero(rest, least.x, inverted))
+            else:
+                inner = self._minimum_function(rest.inverse() if inverted else rest, least.x)
+            if c != 0:
+                inner = series(damper(1 / c), inner) if inverted else parallel(damper(c), inner)
             networks.append(inner)
         return min(networks, key=len)
 
-    def _minimum_function(self, y: Rational, x: fmpq | None) -> Network:
-        assert x is not None
-        return self.cycle(Rational(self.arithmetic.cut(y.n), self.arithmetic.cut(y.d)), x, self.arithmetic, self)
+    def _minimum_function(self, y: Rational, x: fmpq) -> Network:
+        return self.cycle(
+            Rational(self.arithmetic.cut(y.n), self.arithmetic.cut(y.d)), x, self.arithmetic, self
+        )
+
+
+def _with_zero(rest: Rational, x: fmpq, inverted: bool) -> Rational:
+    """The rest, which vanishes at ±jω₀ altogether, with that zero made exact; inverted if so asked."""
+    factor = S * S + x
+    exactly = Rational(factor * (rest.n // factor), rest.d)
+    return exactly.inverse() if inverted else exactly
 
 
 def axis_legs(y: Rational, arithmetic: Long) -> tuple[list[Network], Rational]:

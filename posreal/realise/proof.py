@@ -1,8 +1,9 @@
-"""The proof that a network is the device: its admittance from the graph by nodal analysis, against the target.
+"""The proof that a network is the device: its admittance from the graph by nodal analysis, and the target.
 
-Two residuals, and the larger counts. In values: the largest |Y_network − Y|/|Y| over points of the closed right half plane,
-from two decades under the lowest corner of Y to two above the highest. In coefficients, for networks small enough to
-be computed exactly: the largest |n₁d₂ − n₂d₁|ₖ against what its terms amount to, which no common factor can hide.
+Two residuals, and the larger counts. In values: the largest |Y_network − Y|/|Y| over points of the closed
+right half plane, from two decades under the lowest corner of Y to two above the highest. In coefficients,
+for networks small enough to be computed exactly: the largest |n₁d₂ − n₂d₁|ₖ against what its terms amount
+to, which no common factor can hide.
 """
 
 from __future__ import annotations
@@ -14,19 +15,13 @@ from flint import acb, arb, fmpq, fmpq_poly
 
 from posreal.admittance import Rational, roots
 from posreal.admittance.exact import mantissa, to_float
-from posreal.errors import PosrealError
 from posreal.network import Network, nodal_admittance, nodal_value
+from posreal.realise.refusal import Unproven
 
 LARGEST_RESIDUAL = 1e-9
 EXACT_UP_TO = 30  # elements
 DIGITS = 120  # for values: deep networks cancel many
 POINTS = 24  # frequencies; three points each
-
-
-class Unproven(PosrealError):
-    """A synthesised network does not have the admittance it was made for; this is a fault of the method, not the device."""
-
-    exit_code = 1
 
 
 @dataclass(frozen=True)
@@ -101,7 +96,7 @@ def values_residual(found: Rational | Network, target: Rational) -> float:
 
 
 def coefficients_residual(found: Rational, target: Rational) -> float:
-    """The largest coefficient of n₁d₂ − n₂d₁, each against the sum of the sizes of the terms it is made of."""
+    """The largest coefficient of n₁d₂ − n₂d₁, each against the sum of the sizes of its terms."""
     difference = found.n * target.d - target.n * found.d
     size = _sizes(found.n) * _sizes(target.d) + _sizes(target.n) * _sizes(found.d)
     return max((to_float(abs(c) / size[k]) for k, c in enumerate(difference.coeffs()) if c != 0), default=0.0)

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from flint import fmpq
+
 from posreal.admittance import Device, Rational, as_rational
 from posreal.errors import BadDevice, BadInput, PosrealError, listed
 from posreal.network import Network
@@ -13,9 +15,11 @@ from posreal.realise.digits import shortest
 from posreal.realise.lift import lifted
 from posreal.realise.long import Long
 from posreal.realise.methods import METHODS
-from posreal.realise.proof import Proof, Unproven, prove, require_proof
+from posreal.realise.proof import Proof, require_proof
+from posreal.realise.refusal import DoesNotApply, Unproven
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
+OVERSHOOT = fmpq(1, 10**14)
 
 
 @dataclass(frozen=True)
@@ -119,8 +123,8 @@ def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Re
     Parameters
     ----------
     device : object
-        Anything `as_rational` reads. One that misses positive real by rounding is lifted by the smallest parallel
-        damper that repairs it, and the result says so.
+        Anything `as_rational` reads. One that misses positive real by rounding is lifted by the smallest
+        parallel damper that repairs it, and the result says so.
     method : str
         A name in `METHODS`, or "auto": the fewest elements any of them gives.
     levers : bool
@@ -135,8 +139,10 @@ def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Re
     ------
     NotPositiveReal
         If no such network exists, with the witness.
+    DoesNotApply
+        If the method does not serve this device, with the reason.
     BadDevice
-        If the method does not serve this device, with the reason, or there is no device at all.
+        If there is no device at all.
     Unproven
         If the network's admittance is not the device's; a fault of the program.
     """
@@ -159,7 +165,7 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
     for method in METHODS if methods is None else methods:
         try:
             found.append(_realised(method, y, repaired, lift, notes))
-        except BadDevice as refusal:
+        except DoesNotApply as refusal:
             refusals.append(refusal)
     if not found:
         raise refusals[0]
@@ -177,18 +183,23 @@ def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...
 
 def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tuple[str, ...]) -> Realisation:
     problem: PosrealError | None = None
-    for bits in PRECISIONS:
-        arithmetic = Long(bits)
+    attempts = [Long(bits) for bits in PRECISIONS]
+    if lift:  # what the lift overshoots by is no damper to build
+        attempts.insert(0, Long(PRECISIONS[0], negligible=OVERSHOOT))
+    for arithmetic in attempts:
         try:
+            arithmetic = arithmetic.around(target)
             network = METHODS[method](target, arithmetic)
             network = shortest(network, target, arithmetic)
             return Realisation(network, method, y, target, require_proof(network, target), lift, notes)
         except Unproven as failure:
             problem = failure
-        except (ArithmeticError, IndexError) as failure:
+        except DoesNotApply:
+            raise
+        except (ArithmeticError, IndexError, BadDevice) as failure:
             problem = Unproven(f"The method {method} broke down on this device ({failure}); try another one.")
     assert problem is not None
     raise problem
 
 
-__all__ = ["Realisation", "prove", "realise", "realise_all"]
+__all__ = ["Realisation", "realise", "realise_all"]

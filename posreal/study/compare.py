@@ -10,7 +10,7 @@ from typing import Any
 from posreal.design import Design, Problem, evaluate, layouts, optimise, synthesise
 from posreal.network import Network
 from posreal.network.diagram import diagram
-from posreal.study.strut import realised, strut
+from posreal.study.strut import degree, realised, strut
 from posreal.study.text import percent, table
 
 _HEADLINES = {
@@ -42,13 +42,17 @@ class Comparison:
         return 100 * (1 - row.metrics[metric].value / self.reference.metrics[metric].value)
 
     def __str__(self) -> str:
+        return self.text()
+
+    def text(self, *, ascii: bool = False) -> str:
+        """The table, what to know about it, and the best network drawn."""
         problem = self.problem
         metrics = _HEADLINES[problem.vehicle.name]
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         goal = problem.objective
         header = [
             "design",
-            "order",
+            "degree",
             *(f"{name} [{units[name]}]" for name in metrics),
             *(
                 [f"better at {name.removeprefix('J1z_')}" for name in metrics]
@@ -65,7 +69,7 @@ class Comparison:
             body.append(
                 [
                     row.label,
-                    "–" if row.device is None else str(row.order),
+                    "–" if row.device is None else str(degree(row)),
                     *(f"{row.metrics[name].value:#.5g}" for name in metrics),
                     *(
                         "–" if row is self.reference else percent(self.improvement(row, name))
@@ -79,7 +83,7 @@ class Comparison:
         lines += [f"  {note}" for note in self._notes()]
         best = strut(self.best)
         if best is not None:
-            lines += ["", f"  Best network, {self.best.label} ({self.best.objective}):", "", _drawn(best, problem)]
+            lines += ["", f"  Best network, {self.best.label} ({self.best.objective}):", "", _drawn(best, problem, ascii)]
         return "\n".join(lines)
 
     def _notes(self) -> list[str]:
@@ -88,7 +92,9 @@ class Comparison:
             "optima and synthesised devices are the best found."
         ]
         kinds = {"side-view": "bush", "plan-view": "static spring", "quarter-car": "static spring"}
-        notes.append(f"Elements count the {kinds[self.problem.vehicle.name]}; k+c+b: springs, dampers, inerters.")
+        notes.append(
+            f"Degree and elements include the {kinds[self.problem.vehicle.name]}; k+c+b: springs, dampers, inerters."
+        )
         return notes + [f"Subject to {constraint}." for constraint in self.problem.constraints]
 
     def to_dict(self) -> dict[str, Any]:
@@ -96,9 +102,9 @@ class Comparison:
         return {"problem": self.problem.name, "rows": [row.to_dict() for row in self.rows], "bound": None}
 
 
-def _drawn(network: Network, problem: Problem) -> str:
+def _drawn(network: Network, problem: Problem, ascii: bool) -> str:
     ends = {"side-view": ("body", "bogie"), "plan-view": ("body", "bogie"), "quarter-car": ("body", "wheel")}
-    return diagram(network, ends[problem.vehicle.name])
+    return diagram(network, ends[problem.vehicle.name], ascii=ascii)
 
 
 def compare(

@@ -86,9 +86,8 @@ def figure4(reproduction: Reproduction) -> Any:
 def _vertical(reproduction: Reproduction) -> list[tuple[str, Design]]:
     """Airspring only and S4, S5, S7 (S6 is S5)."""
     rows = [row.optimum for row in reproduction.tables[6] if row.layout.name != "S6"]
-    default = rows[0].problem.default_port
-    assert default is not None
-    return [("airspring only", replace(rows[0], port=default)), *((row.label, row) for row in rows)]
+    bare = replace(rows[0], device=None, network=None)
+    return [("airspring only", bare), *((row.label, row) for row in rows)]
 
 
 def _densities(axis: Any, reproduction: Reproduction, position: str) -> None:
@@ -124,24 +123,20 @@ def figure9(reproduction: Reproduction) -> Any:
     nominal = _side(reproduction.tables[6][0].optimum).Crz
     dampings = np.linspace(0.25, 2.0, 29) * nominal
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
-        for axis, position in zip(axes, "LMT", strict=True):
-            ride = []
-            for damping in dampings:
-                changed = replace(_side(design), Crz=float(damping))
-                beside = changed.airspring()
-                port = beside if label == "airspring only" else beside | _strut(design)
-                ride.append(figures_of.vertical_ride(changed, port, position))
-            axis.plot(dampings / 1e3, ride, linestyle=style, label=label)
+        ride: dict[str, list[float]] = {"L": [], "M": [], "T": []}
+        for damping in dampings:
+            changed = design.problem.with_vehicle({"Crz": float(damping)})
+            port = changed.port(design.device, whole=design.whole)
+            assert isinstance(changed.vehicle, SideView)
+            for position, values in ride.items():
+                values.append(figures_of.vertical_ride(changed.vehicle, port, position))
+        for axis, values in zip(axes, ride.values(), strict=True):
+            axis.plot(dampings / 1e3, values, linestyle=style, label=label)
     for axis, position in zip(axes, "LMT", strict=True):
         axis.axvline(nominal / 1e3, color="0.6", linewidth=0.8)
         axis.set(xlabel="Crz [kN s/m]", ylabel="J1z [%g]", title=f"J1z({position})")
     axes[0].legend(fontsize=8)
     return figure
-
-
-def _strut(design: Design) -> Any:
-    assert design.device is not None
-    return design.device
 
 
 def figure10(reproduction: Reproduction) -> Any:

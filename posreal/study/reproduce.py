@@ -112,7 +112,7 @@ class Reproduction:
                 ]
             )
         header = ["free", "layout", "published", "better", "ours there", "better", "our optimum", "better", "at"]
-        return _block(_TITLES[number], _last_left(header, rows, left=2), _WHY[number])
+        return _block(_TITLES[number], table(header, rows, "llrrrrrrl"), _WHY[number])
 
     def _table5(self) -> str:
         rows = [
@@ -138,7 +138,7 @@ class Reproduction:
                 ]
             )
         header = ["layout", "published", "L, M, T %", "ours there", "L, M, T %", "our optimum", "L, M, T %", "at"]
-        return _block(_TITLES[6], _last_left(header, rows, left=1), _WHY[6])
+        return _block(_TITLES[6], table(header, rows, "lrrrrrrl"), _WHY[6])
 
     def _text(self) -> str:
         rows = [
@@ -161,7 +161,7 @@ class Reproduction:
             "Deflections: the paper does not say how it puts slope and random track together. Here: peak on the slope "
             "plus three times the r.m.s. on random track, which puts S7 beyond its range.",
         )
-        return _block("Quantities of the text", table(["", "published", "ours"], rows, left=3), why)
+        return _block("Quantities of the text", table(["", "published", "ours"], rows, "lll"), why)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
@@ -180,13 +180,6 @@ class Reproduction:
 
 def _block(title: str, body: str, why: tuple[str, ...]) -> str:
     return "\n".join([title, "", body, *([""] if why else []), *(f"  · {line}" for line in why)])
-
-
-def _last_left(header: list[str], rows: list[list[str]], *, left: int) -> str:
-    """A table whose last column is text."""
-    width = max(len(row[-1]) for row in rows)
-    padded = [[*row[:-1], row[-1].ljust(width)] for row in rows]
-    return table([*header[:-1], header[-1].ljust(width)], padded, left=left)
 
 
 def _parameters(design: Design) -> str:

@@ -24,25 +24,14 @@ def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisati
     Returns
     -------
     Design
-        Whose device is the network's admittance, recomputed, and whose metrics are the network's.
+        With the network, and the metrics that its own admittance gives.
     Realisation
     """
     assert design.device is not None
     realisation = realise(design.device, method)
-    network = realisation.network
-    device = network.admittance()
-    port = design.problem.mounting.port(device)
-    return (
-        replace(
-            design,
-            port=port,
-            device=device,
-            network=network,
-            metrics=design.problem.metrics(port),
-            found={**design.found, "realised_by": realisation.method, "residual": realisation.residual},
-        ),
-        realisation,
-    )
+    found = {**design.found, "realised_by": realisation.method, "residual": realisation.residual}
+    metrics = design.problem.metrics(design.problem.port(realisation.network.admittance(), whole=design.whole))
+    return replace(design, network=realisation.network, metrics=metrics, found=found), realisation
 
 
 def mounted(problem: Problem, network: Network) -> Network:
@@ -55,9 +44,20 @@ def mounted(problem: Problem, network: Network) -> Network:
     return Spring(static, "k_static") | network
 
 
+def degree(design: Design) -> int:
+    """McMillan degree of the whole strut, bush or static spring included."""
+    if design.device is None:
+        return 0
+    if design.whole:
+        return design.device.degree
+    mounting = design.problem.mounting
+    return (design.device if mounting.behind is None else mounting.behind + design.device).degree + (
+        mounting.behind is None
+    )
+
+
 def strut(design: Design) -> Network | None:
     """The network of the whole strut, bush or static spring included; None where there is no network."""
     if design.network is None:
         return None
-    whole = design.problem.layout_mounting.port(design.network.admittance()) == design.port
-    return design.network if whole else mounted(design.problem, design.network)
+    return design.network if design.whole else mounted(design.problem, design.network)

@@ -5,20 +5,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1, indent: str = "  ") -> str:
-    """Lines of a table whose first `left` columns are text and whose others are numbers."""
+def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "", *, indent: str = "  ") -> str:
+    """Lines of a table.
+
+    Parameters
+    ----------
+    header, rows : texts, all of one length
+    align : str
+        One letter a column, l or r; what is left out is r after a first l.
+    """
+    columns = len(header)
+    align = align + "l"[len(align) :] + "r" * (columns - max(len(align), 1))
     everything = [header, *rows]
-    widths = [max(len(row[i]) for row in everything) for i in range(len(header))]
-    rule = ["─" * width for width in widths]
+    widths = [max(len(row[i]) for row in everything) for i in range(columns)]
 
     def line(row: Sequence[str]) -> str:
         cells = [
-            cell.ljust(width) if i < left else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+            cell.ljust(width) if side == "l" else cell.rjust(width)
+            for cell, width, side in zip(row, widths, align, strict=True)
         ]
         return (indent + "  ".join(cells)).rstrip()
 
-    return "\n".join([line(header), line(rule), *(line(row) for row in rows)])
+    return "\n".join([line(header), line(["─" * width for width in widths]), *(line(row) for row in rows)])
 
 
 def percent(value: float | None, digits: int = 2) -> str:

@@ -121,11 +121,13 @@ def curve_peak(vehicle: PlanView, device: Rational | StateSpace, *, duration: fl
 def lateral_metrics(vehicle: PlanView, device: Rational) -> dict[str, Metric]:
     """Every lateral figure of a device in the secondary port."""
     mode = least_damping(vehicle, device)
-    if mode.ratio <= 0:
-        raise Infeasible(
-            f"the vehicle is not stable with this device: at {mode.speed:g} m/s a mode of {mode.frequency:.3g} Hz "
-            f"has damping ratio {mode.ratio:.3g}"
-        )
+    here = least_damping(vehicle, device, np.array([vehicle.V]))
+    for found in (mode, here):
+        if found.ratio <= 0:
+            raise Infeasible(
+                f"the vehicle is not stable with this device: at {found.speed:g} m/s a mode of {found.frequency:.3g} "
+                f"Hz has damping ratio {found.ratio:.3g}"
+            )
     worst, speed = worst_lateral_rms(vehicle, device)
     return {
         "Macc": Metric(worst, "m/s^2", f"at {speed:g} m/s"),

@@ -11,14 +11,13 @@ them, one table a vehicle, each value a number in the field's SI unit or a strin
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, hint, listed
 from posreal.units import quantity
 
 T = TypeVar("T")
@@ -92,9 +91,7 @@ def override(vehicle: T, values: Mapping[str, Any], *, where: str = "parameters"
     replaced: dict[str, float] = {}
     for name, value in values.items():
         if name not in fields:
-            near = difflib.get_close_matches(name, fields, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"accepted are {listed(fields)}"
-            raise BadInput(f"{where}: unknown parameter {name!r}; {hint}")
+            raise BadInput(f"{where}: unknown parameter {name!r}; {hint(name, fields)}")
         unit = fields[name].metadata["unit"]
         try:
             replaced[name] = quantity(value, unit) if isinstance(value, str) else value

@@ -13,7 +13,6 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from posreal.vehicle.plant import ClosedLoop, Real
 
@@ -95,6 +94,8 @@ def monte_carlo(
     -------
     rms, standard error (from the spread over 20 blocks of the run)
     """
+    from scipy.signal import lfilter  # slow to import, and only this needs it
+
     rng = np.random.default_rng(seed)
     poles, vectors = _modal(loop)
     settle = 12.0 / float(-poles.real.max()) + float(loop.delays.max())

@@ -9,7 +9,9 @@ device. What that drops is, to second order, the form
     q(δ) = 2 trace Y dA(δ)ᵀ X₁(δ),    A Y + Y Aᵀ + Bw Bwᵀ = 0,    X₁ the first change of X
 
 in the step δ of the device; its convex part goes into the objective. Without it the iteration is steepest descent
-between inequalities and stalls; with it, it ends in a few Newton-like steps.
+between inequalities and stalls; with it, it ends in a few Newton-like steps. The plant's delays are Padé
+approximations; a linear term makes the program's slope in the device the exact figure's, so that the iteration
+comes to rest where the exact figure does [AlexandrovLewis2001].
 
 The solver only proposes. The matrices that the PR inequality calls positive semidefinite are factored, which makes the
 proposal positive real by construction, and `measure` recomputes the figure and the constraints with exact delays:
@@ -24,16 +26,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, solve_continuous_lyapunov
+from scipy.linalg import LinAlgError, cholesky, solve_continuous_lyapunov
 
-from posreal.admittance import PortHamiltonian
+from posreal.admittance import PortHamiltonian, StateSpace
 from posreal.design.synthesis import inequalities, semidefinite
 from posreal.design.synthesis.generalised_plant import GeneralisedPlant
 from posreal.design.synthesis.semidefinite import Ball, Shape, Unknowns
+from posreal.design.synthesis.storage import factored
 
 Real = NDArray[np.float64]
 
 DEVICE = ("A", "B", "C", "D")
+SEEN = 1e-7  # mean square of an output that sees every state, relative to z: an X conditioned like 1/SEEN at worst
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ def iterate(
     plant: GeneralisedPlant,
     start: PortHamiltonian,
     measure: Callable[[PortHamiltonian], float],
+    slope: Callable[[PortHamiltonian], Real],
     *,
     sectors: Sequence[Sector] = (),
     settings: Settings | None = None,
@@ -96,6 +101,8 @@ def iterate(
         Scaled device, without spring or inerter beside it (these belong to the plant).
     measure : function of a device
         The figure, recomputed independently; inf where a constraint is broken.
+    slope : function of a device
+        Derivative of the figure by the entries of (A, B, C, D), stacked.
     sectors : sequence of Sector
         Damping constraints.
     settings : Settings, optional
@@ -113,7 +120,7 @@ def iterate(
     for _ in range(settings.iterations):
         if radius < settings.smallest_radius or quiet == 2:
             break
-        proposal, promised = _step(plant, best, sectors, radius, settings.solver_iterations)
+        proposal, promised = _step(plant, best, value * slope(best), sectors, radius, settings.solver_iterations)
         new = math.inf if proposal is None else measure(proposal)
         if proposal is None or not new < value:
             radius, refused = radius / 4, refused + 1
@@ -129,20 +136,29 @@ def iterate(
 def _step(
     plant: GeneralisedPlant,
     device: PortHamiltonian,
+    half_slope: Real,
     sectors: Sequence[Sector],
     radius: float,
     solver_iterations: int,
 ) -> tuple[PortHamiltonian | None, float]:
-    """One semidefinite program: a proposal, and the decrease of the figure that it promises."""
+    """One semidefinite program: a proposal, and the decrease of the figure that it promises.
+
+    `half_slope` is half the derivative of the squared figure by the device's entries.
+    """
     form = device.state_space()
     here: Unknowns = {"A": form.A, "B": form.B, "C": form.C, "D": form.D}
     try:
         point = _Point.at(plant, here)
         tangents = [_Tangent.at(sector, here) for sector in sectors]
-        curvature = point.dropped_curvature(here)
+        slope, curvature = point.second_order(here)
     except (LinAlgError, ValueError):
         return None, 0.0
     n, N = device.order, len(point.A)
+    correction = 2 * half_slope - slope
+
+    def objective(u: Unknowns) -> Real:
+        return point.trace(u) + _stacked(u) @ correction
+
     shapes = {
         "A": Shape(n, n),
         "B": Shape(n, 1),
@@ -153,7 +169,7 @@ def _step(
     }
     outcome = semidefinite.minimise(
         shapes,
-        point.trace,
+        objective,
         [
             point.h2,
             _positive_real,
@@ -164,16 +180,22 @@ def _step(
     )
     if outcome.unknowns is None:
         return None, 0.0
+    step = _stacked(outcome.unknowns) - _stacked(here)
     before = float(point.trace({"X": point.X}))
-    after = float(point.trace(outcome.unknowns))
-    return _factored(outcome.unknowns), math.sqrt(max(before, 0.0)) - math.sqrt(max(after, 0.0))
+    after = float(point.trace(outcome.unknowns) + step @ correction + step @ curvature @ step)
+    return factored(StateSpace(*(outcome.unknowns[name] for name in DEVICE))), math.sqrt(max(before, 0.0)) - math.sqrt(max(after, 0.0))
 
 
 @dataclass(frozen=True)
 class _Point:
-    """The closed loop and its observability Gramian at the current device."""
+    """The closed loop and its observability Gramian X at the current device, in coordinates where X is near I.
+
+    T takes the plant's coordinates there. X itself is singular to working precision (the output hardly sees a long
+    chain of delays), so T comes from the Gramian of an output that sees every state a little.
+    """
 
     plant: GeneralisedPlant
+    T: Real
     A: Real
     B: Real
     C: Real
@@ -183,7 +205,16 @@ class _Point:
     def at(cls, plant: GeneralisedPlant, device: Unknowns) -> _Point:
         A, C = plant.closed(*(device[name] for name in DEVICE))
         B = np.vstack([plant.Bw, np.zeros((len(A) - len(plant.A), plant.Bw.shape[1]))])
-        return cls(plant, A, B, C, solve_continuous_lyapunov(A.T, -C.T @ C))
+        seen = C.T @ C
+        T = cholesky(solve_continuous_lyapunov(A.T, -(seen + SEEN * np.trace(seen) / len(A) * np.eye(len(A)))))
+        A, C = T @ np.linalg.solve(T.T, A.T).T, np.linalg.solve(T.T, C.T).T
+        return cls(plant, T, A, T @ B, C, solve_continuous_lyapunov(A.T, -C.T @ C))
+
+    def closed(self, u: Unknowns) -> tuple[Real, Real]:
+        """Acl and Ccl of other devices in these coordinates."""
+        A, C = self.plant.closed(*(u[name] for name in DEVICE))
+        inverse = np.linalg.inv(self.T)
+        return self.T @ A @ inverse, C @ inverse
 
     def trace(self, u: Unknowns) -> Real:
         """trace BwᵀXBw."""
@@ -191,15 +222,19 @@ class _Point:
 
     def h2(self, u: Unknowns) -> Real:
         """The H2 inequality with X·Acl linearised here."""
-        A, C = self.plant.closed(*(u[name] for name in DEVICE))
+        A, C = self.closed(u)
         return inequalities.h2(inequalities.linearised(u["X"], A, self.X, self.A), C)
 
-    def dropped_curvature(self, device: Unknowns) -> Real:
-        """Convex part of the form q of the module's text, as a matrix on the stacked step."""
+    def second_order(self, device: Unknowns) -> tuple[Real, Real]:
+        """Slope of the trace in the device, and the convex part of the form q of the module's text.
+
+        With dA, dC the change of the closed loop by an entry of the device, the slope is
+        2 trace Y (X dA + Cᵀ dC).
+        """
         sizes = [device[name].size for name in DEVICE]
         probes = np.split(np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1)
-        A, C = self.plant.closed(
-            *(probe.reshape(-1, *device[name].shape) for probe, name in zip(probes, DEVICE, strict=True))
+        A, C = self.closed(
+            {name: probe.reshape(-1, *device[name].shape) for name, probe in zip(DEVICE, probes, strict=True)}
         )
         dA, dC = A[1:] - A[0], C[1:] - C[0]
         right = self.X @ dA + self.C.T @ dC
@@ -207,7 +242,8 @@ class _Point:
         Y = solve_continuous_lyapunov(self.A, -self.B @ self.B.T)
         q = np.einsum("iab,jba->ij", Y @ X1, dA)
         values, vectors = np.linalg.eigh(q + q.T)
-        return np.asarray((vectors * np.clip(values, 0.0, None)) @ vectors.T)
+        slope = 2 * np.einsum("ab,iba->i", Y, right)
+        return slope, np.asarray((vectors * np.clip(values, 0.0, None)) @ vectors.T)
 
 
 @dataclass(frozen=True)
@@ -240,15 +276,14 @@ class _Tangent:
         return inequalities.sector(inequalities.linearised(u[name], A, np.eye(len(self.A)), self.A), self.damping)
 
 
+def _stacked(u: Unknowns) -> Real:
+    """The device's entries as one vector; leading axes kept."""
+    parts = [u[name] for name in DEVICE]
+    return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
+
+
 def _positive_real(u: Unknowns) -> Real:
     return inequalities.positive_real(*(u[name] for name in DEVICE))
-
-
-def _factored(u: Unknowns) -> PortHamiltonian:
-    """The device as J, G and a factor of [[R, P], [Pᵀ, S]] ⪰ 0, which is half the PR inequality's matrix."""
-    values, vectors = np.linalg.eigh(_positive_real(u) / 2)
-    L = vectors * np.sqrt(np.clip(values, 0.0, None))
-    return PortHamiltonian((u["A"] - u["A"].T) / 2, (u["B"] + u["C"].T) / 2, L)
 
 
 def _lyapunov_batch(A: Real, Q: Real) -> Real:

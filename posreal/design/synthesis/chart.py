@@ -15,11 +15,28 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import schur
 
 from posreal.admittance import PortHamiltonian
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+
+def resolvent(A: Real, B: Real, C: Real, s: Complex) -> tuple[Complex, Complex]:
+    """x = (sI − A)⁻¹B and y with yᵀ = C(sI − A)⁻¹, each (n, N), for all s (N,) at once.
+
+    A = U T Uᴴ in Schur's form, so each is a back-substitution whose every operation runs along the frequencies.
+    """
+    T, U = schur(A, output="complex")
+    n = len(A)
+    b, c = U.conj().T @ B, C @ U
+    x, y = np.empty((n, len(s)), dtype=complex), np.empty((n, len(s)), dtype=complex)
+    for i in reversed(range(n)):
+        x[i] = (b[i] + T[i, i + 1 :] @ x[i + 1 :]) / (s - T[i, i])
+    for j in range(n):
+        y[j] = (c[j] + T[:j, j] @ y[:j]) / (s - T[j, j])
+    return U @ x, U.conj() @ y
 
 
 @dataclass(frozen=True)
@@ -91,8 +108,6 @@ class Chart:
             nothing = np.zeros((0, len(s)), dtype=complex)
             x = y = nothing
         else:
-            inverse = np.linalg.inv(s[:, None, None] * np.eye(n) - form.A)
-            x = np.ascontiguousarray((inverse @ form.B)[:, :, 0].T)
-            y = np.ascontiguousarray((form.C @ inverse)[:, 0, :].T)
+            x, y = resolvent(form.A, form.B[:, 0], form.C[0], s)
         Y = (form.C @ x)[0] + form.D[0, 0] + form.b * s
         return (Y + form.k / s if form.k else Y), x, y, device.L

@@ -107,7 +107,7 @@ class GeneralisedPlant:
 
 
 def generalised_plant(
-    problem: Problem, scale: Scale, *, band: float = 60.0, tolerance: float = 3e-3
+    problem: Problem, scale: Scale, *, band: float = 15.0, tolerance: float = 1e-5
 ) -> GeneralisedPlant:
     """The generalised plant of a problem's mean-square objective.
 

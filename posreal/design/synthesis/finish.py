@@ -1,0 +1,81 @@
+"""Quasi-Newton over devices that are positive real by construction, for problems without constraints.
+
+    minimise J(Y(θ)),   dJ/dθ = Re Σₖ gₖ ∂Y(sₖ)/∂θ,   g = dJ/dY
+
+with θ in :class:`Chart` and g from the closed vehicle's port, delays exact. The matrix inequality P = I of
+:mod:`.bmi` is a square here, so nothing constrains the search and it converges superlinearly [BFGS].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from posreal.admittance import PortHamiltonian
+from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.criterion import Criterion
+
+Real = NDArray[np.float64]
+
+
+def finish(
+    criterion: Criterion,
+    chart: Chart,
+    start: PortHamiltonian,
+    *,
+    iterations: int = 500,
+    tolerance: float = 1e-9,
+    taken: Callable[[PortHamiltonian, float], None] = lambda device, value: None,
+) -> tuple[PortHamiltonian, float]:
+    """Improve a device to a local optimum.
+
+    Parameters
+    ----------
+    criterion : Criterion
+    chart : Chart
+        Order, and whether a spring and an inerter may stand beside the device.
+    start : PortHamiltonian
+        Of at most the chart's order.
+    iterations : int
+    tolerance : float
+        Relative slope of J at which to stop.
+    taken : function of device and value
+        Called after each step that improved.
+
+    Returns
+    -------
+    device, value
+        Never above the start's value.
+    """
+    theta0 = chart.vector(start)
+    unit, _, _ = criterion.value_and_slope(chart.values(theta0, criterion.s))
+
+    def relative(theta: Real) -> tuple[float, Real]:
+        Y, dY = chart.values_and_slopes(theta, criterion.s)
+        J, g, _ = criterion.value_and_slope(Y)
+        if not np.isfinite(J):
+            return np.inf, np.zeros_like(theta)
+        return J / unit, (dY @ g).real / unit
+
+    best: list[tuple[float, Real]] = [(1.0, theta0)]
+
+    def after(intermediate_result: object) -> None:
+        value, theta = float(intermediate_result.fun), intermediate_result.x  # type: ignore[attr-defined]
+        if value < best[0][0]:
+            best[0] = (value, np.array(theta))
+            taken(chart.device(theta), value * unit)
+
+    with np.errstate(all="ignore"):
+        minimize(
+            relative,
+            theta0,
+            jac=True,
+            method="BFGS",
+            callback=after,
+            options={"maxiter": iterations, "gtol": tolerance},
+        )
+    value, theta = best[0]
+    return chart.device(theta), value * unit

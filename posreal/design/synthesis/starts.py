@@ -1,0 +1,58 @@
+"""Where local searches begin: faces of the set of devices of an order, random devices, and lower orders lifted.
+
+A device of order n is a proper one with n states, or has a pole at 0 or at infinity in place of a state. These faces
+are limits of proper devices (a state that becomes infinitely slow or fast), and a search that has to go there crawls;
+a search that begins on the face is there already. Best devices are often on one: an inerter at the device's end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import cycle
+
+import numpy as np
+from numpy.typing import NDArray
+
+from posreal.admittance import PortHamiltonian, random_port_hamiltonian
+from posreal.design.synthesis.chart import Chart
+
+Real = NDArray[np.float64]
+
+DECADES = (1.0, 3.0)  # spread of the time scales of random devices
+
+
+def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
+    """Charts that together hold all devices of an order; `spring` and `inerter` come on top of it if asked for."""
+    if spring and inerter or order == 0:
+        return (Chart(order, spring, inerter),)
+    found = [Chart(order, spring, inerter)]
+    if not spring:
+        found.append(Chart(order - 1, True, inerter))
+    if not inerter:
+        found.append(Chart(order - 1, spring, True))
+    if not spring and not inerter and order >= 2:
+        found.append(Chart(order - 2, True, True))
+    return tuple(found)
+
+
+def random_starts(charts: tuple[Chart, ...], rng: np.random.Generator) -> Iterator[tuple[Chart, PortHamiltonian]]:
+    """Random devices on every face in turn, without end."""
+    for decades in cycle(DECADES):
+        for chart in charts:
+            device = random_port_hamiltonian(chart.order, rng, decades)
+            yield chart, PortHamiltonian(device.J, device.G, device.L, 1.0 * chart.spring, 1.0 * chart.inerter)
+
+
+def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1) -> PortHamiltonian:
+    """The device with as many more states, each weakly coupled to the rest and to the port."""
+    n, m = order, device.order
+    rates = 10.0 ** rng.uniform(-1, 1, n - m)
+    J, G, L = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((n + 1, max(device.L.shape[1], 1) + n - m))
+    J[:m, :m], G[:m] = (device.J - device.J.T) / 2, device.G
+    L[:m, : device.L.shape[1]], L[n, : device.L.shape[1]] = device.L[:m], device.L[m]
+    new = np.arange(m, n)
+    L[new, L.shape[1] - (n - m) + np.arange(n - m)] = np.sqrt(rates)
+    G[new, 0] = coupling * np.sqrt(rates) * rng.standard_normal(n - m)
+    J[m:, :m] = coupling * rng.standard_normal((n - m, m))
+    J[:m, m:] = -J[m:, :m].T
+    return PortHamiltonian(J, G, L, device.k, device.b)

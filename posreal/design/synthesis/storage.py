@@ -1,0 +1,54 @@
+"""A positive-real function in the coordinates of its stored energy.
+
+The positive-real inequality of :mod:`.inequalities` holds for some P ≻ 0 [Willems1972]. With P = TᵀT and x → Tx the
+stored energy is ½xᵀx, P becomes I, and J, G and the factor of the dissipation can be read off (:class:`PortHamiltonian`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from posreal.admittance import PortHamiltonian, Rational, StateSpace, state_space
+from posreal.design.synthesis import inequalities
+from posreal.design.synthesis.semidefinite import Ball, Shape, minimise
+
+Real = NDArray[np.float64]
+
+
+def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
+    """A port-Hamiltonian form near `H`; None if the solver finds no storage (H is not positive real).
+
+    On the boundary of the positive-real functions the storage is found to the solver's accuracy only, so this is a
+    start for a search, not another way to write H.
+    """
+    form = state_space(H)
+    n = form.order
+    if n == 0:
+        D = max(float(form.D[0, 0]), 0.0)
+        return PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b)
+    outcome = minimise(
+        {"P": Shape(n, n, symmetric=True)},
+        lambda u: np.trace(u["P"], axis1=-2, axis2=-1),
+        [
+            lambda u: inequalities.positive_real(form.A, form.B, form.C, form.D, u["P"]),
+            lambda u: u["P"] - 1e-9 * np.eye(n),
+        ],
+        Ball({"P": np.eye(n)}, 1e9, np.zeros((n * n, n * n))),
+    )
+    if outcome.unknowns is None:
+        return None
+    values, vectors = np.linalg.eigh(outcome.unknowns["P"])
+    if values[0] <= 0:
+        return None
+    T = (vectors * np.sqrt(values)).T
+    inverse = vectors / np.sqrt(values)
+    return factored(StateSpace(T @ form.A @ inverse, T @ form.B, form.C @ inverse, form.D, form.k, form.b))
+
+
+def factored(form: StateSpace) -> PortHamiltonian:
+    """The nearest device whose storage is ½xᵀx: what is negative in the positive-real inequality's matrix is cut off."""
+    dissipation = inequalities.positive_real(form.A, form.B, form.C, form.D) / 2
+    values, vectors = np.linalg.eigh(dissipation)
+    L = vectors * np.sqrt(np.clip(values, 0.0, None))
+    return PortHamiltonian((form.A - form.A.T) / 2, (form.B + form.C.T) / 2, L, form.k, form.b)

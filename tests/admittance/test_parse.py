@@ -1,0 +1,72 @@
+"""Reading functions of s: what is meant, and clear, quick refusals."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from posreal.admittance import Rational, parse_rational
+from posreal.errors import BadDevice
+
+
+@pytest.mark.parametrize(
+    ("text", "numerator", "denominator"),
+    [
+        ("(s^2+s+1)/(s^2+s+4)", [1, 1, 1], [4, 1, 1]),
+        ("2.5e5/s + 2e4", [250000, 20000], [0, 1]),
+        ("-s**2", [0, 0, -1], [1]),
+        ("2^-3 * s^-2", ["1/8"], [0, 0, 1]),
+        ("1 - 1e-30", ["999999999999999999999999999999/1000000000000000000000000000000"], [1]),
+        ("1/(s+1)/(s+2)", [1], [2, 3, 1]),
+        ("6/2*s", [0, 3], [1]),
+        (".5 + 1.", ["3/2"], [1]),
+        ("--s - -1", [1, 1], [1]),
+    ],
+)
+def test_reads_ordinary_algebra(text, numerator, denominator):
+    assert parse_rational(text) == Rational(numerator, denominator)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "empty"),
+        ("2s", "operator before 's'.*character 2"),
+        ("k/s", "'k' is not known"),
+        ("(s+1", r"expected '\)'.*character 5"),
+        ("s+", "found 'the end'"),
+        ("1/(s-s)", "division by zero"),
+        ("s^1.5", "whole number"),
+        ("s^2^3", "parentheses"),
+        ("s^41", "above 40"),
+        ("s^99999", "whole number"),
+        ("1e999999", "exponent"),
+        ("s # 1", "'#' is not part"),
+        ("(" * 5000 + "s", "more than|deep"),
+        ("-" * 3000 + "s", "deep"),
+        ("__import__('os')", "not part|not known"),
+    ],
+)
+def test_refuses_with_the_place(text, complaint):
+    with pytest.raises(BadDevice, match=complaint):
+        parse_rational(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "*".join(["(1e300*s+1)"] * 30 + ["(1e-300*s+7)"] * 300),
+        "+".join(f"1/(s+{i}.{i}1)" for i in range(1, 60)),
+        "(" + "+".join(f"{i}.{'3' * 900}*s^{i}" for i in range(1, 40)) + ")/(s+1)",
+    ],
+)
+def test_hostile_text_does_not_hang_the_reader(text):
+    with suppress(BadDevice):
+        parse_rational(text)
+
+
+@given(st.text(alphabet="s0123456789.+-*/^()e ", max_size=30))
+def test_any_text_is_read_or_refused(text):
+    with suppress(BadDevice):
+        parse_rational(text)

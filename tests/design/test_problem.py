@@ -1,0 +1,107 @@
+"""Problems: names, options, constraints and what stands at the port."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from posreal.admittance import Rational, random_port_hamiltonian
+from posreal.design import evaluate, problem, problems
+from posreal.errors import BadInput, Infeasible, NotPositiveReal
+
+NAMES = (
+    "lateral-comfort",
+    "lateral-comfort-primary",
+    "lateral-gauging",
+    "lateral-gauging-primary",
+    "vertical-comfort",
+    "quarter-car",
+)
+
+
+def test_the_names_are_the_interface():
+    assert tuple(p.name for p in problems()) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_mounting_in_floats_is_the_exact_port(name, seed):
+    mounting = problem(name).mounting
+    device = random_port_hamiltonian(3, np.random.default_rng(seed)).rational().scaled(2e4)
+    s = 1j * np.geomspace(0.01, 1000, 60)
+    found, slope = mounting.response(np.asarray(device(s)), s)
+    np.testing.assert_allclose(found, mounting.port(device)(s), rtol=1e-10)
+    step = 1e-6 * np.asarray(device(s))
+    np.testing.assert_allclose(
+        (mounting.response(device(s) + step, s)[0] - mounting.response(device(s) - step, s)[0]) / (2 * step),
+        slope,
+        rtol=1e-6,
+        atol=1e-9,
+    )
+
+
+def test_constraints_are_the_default_s_own_figures():
+    posed = problem("lateral-gauging")
+    held = {c.metric: (c.sense, c.value) for c in posed.constraints}
+    assert held["Ldmp"] == (">=", posed.default_metrics["Ldmp"].value)
+    assert held["Macc"] == ("<=", posed.default_metrics["Macc"].value)
+    heavier = problem("lateral-gauging", vehicle={"mv": "20 t"})
+    assert heavier.constraints[0].value != held["Ldmp"][1]
+    assert posed.violated(posed.default_metrics) == []
+
+
+def test_a_retuned_vehicle_is_compared_with_the_original():
+    posed = problem("lateral-comfort-primary")
+    tuned = posed.with_vehicle({"Kpy": 6.33e6})
+    assert tuned.vehicle.Kpy == 6.33e6
+    assert tuned.constraints == posed.constraints
+    assert tuned.improvement(posed.default_metrics) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "says"),
+    [
+        ("lateral", {}, "unknown problem"),
+        ("vertical-confort", {}, "did you mean vertical-comfort"),
+        ("vertical-comfort", {"position": "X"}, "takes L, M or T"),
+        ("lateral-comfort", {"position": "L"}, "does not fit"),
+        ("quarter-car", {"objective": "J2"}, "takes J1 or J3"),
+        ("quarter-car", {"stiffness": -1.0}, "greater than 0"),
+        ("vertical-comfort", {"stiffness": 1.0}, "only quarter-car"),
+    ],
+)
+def test_bad_options_are_refused(name, options, says):
+    with pytest.raises(BadInput, match=says):
+        problem(name, **options)
+
+
+def test_position_and_objective_choose_the_metric():
+    assert problem("vertical-comfort", position="M").objective == "J1z_M"
+    assert problem("quarter-car", objective="J3", stiffness=8e4).vehicle.k == 8e4
+
+
+def test_a_device_is_behind_the_bush_or_beside_the_spring():
+    found = evaluate(problem("vertical-comfort"), "c=17965 + b=4115")
+    same = evaluate(problem("vertical-comfort"), "S5 c=17965 b=4115")
+    assert found.port == same.port
+    beside = evaluate(problem("lateral-comfort"), Rational.damper(2e4))
+    assert beside.metrics["Macc"].value == problem("lateral-comfort").default_metrics["Macc"].value
+    beside.check()
+
+
+def test_devices_that_are_none():
+    with pytest.raises(NotPositiveReal):
+        evaluate(problem("vertical-comfort"), "(s^2+s+1)/(s^2+0.9*s+4)")
+    with pytest.raises(Infeasible, match="not stable"):
+        evaluate(problem("lateral-comfort"), "b=3")
+
+
+def test_a_design_that_was_tampered_with_does_not_check():
+    from dataclasses import replace
+
+    from posreal.vehicle import Metric
+
+    design = evaluate(problem("vertical-comfort"), "c=17965 + b=4115")
+    better = replace(design, metrics={**design.metrics, "J1z_T": Metric(1.9, "%g")})
+    with pytest.raises(Infeasible, match="J1z_T is 1.96"):
+        better.check()
