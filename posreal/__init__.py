@@ -41,7 +41,7 @@ from posreal.realise import Realisation, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.reproduce import Reproduction, reproduce
 from posreal.study.sweep import Sweep, sweep
-from posreal.vehicle import Metric, PlanView, Plant, QuarterCar, SideView
+from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView
 
 __version__ = "0.1.0"
 

@@ -39,7 +39,8 @@ DeviceWords = Annotated[
     ),
 ]
 VehicleFile = Annotated[
-    Path | None, typer.Option("--vehicle", metavar="FILE", help="TOML file that overrides vehicle parameters.")
+    Path | None,
+    typer.Option("--vehicle", metavar="FILE", help="TOML file that overrides vehicle parameters."),
 ]
 Position = Annotated[str | None, typer.Option(help="Where ride counts in vertical-comfort: L, M or T.")]
 Objective = Annotated[str | None, typer.Option(help="What quarter-car minimises: J1 or J3.")]
@@ -53,13 +54,19 @@ Jobs = Annotated[int, typer.Option(help="Processes that work side by side; -1 fo
 Starts = Annotated[int, typer.Option(min=1, max=10_000, help="Local searches.")]
 
 
-@app.callback()
-def _root(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
-) -> None:
-    if version:
+def _version(asked: bool) -> None:
+    if asked:
         print(f"posreal {__version__}")
         raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """What every command shares."""
 
 
 @app.command()
@@ -121,7 +128,9 @@ def layouts(
         valued = entry.network.with_values(row.values)
         figures = ", ".join(f"{metric} = {value:g}" for metric, value in row.figures.items())
         tuned = "".join(f", {name} = {value:g}" for name, value in row.vehicle.items())
-        print(f"\nTable {row.table}, {posed.name}: {figures} at {valued}{tuned}" + (f" ({row.note})" if row.note else ""))
+        print(
+            f"\nTable {row.table}, {posed.name}: {figures} at {valued}{tuned}" + (f" ({row.note})" if row.note else "")
+        )
 
 
 _DEVICE_FIRST = {"ignore_unknown_options": True}  # so that a device may start with a minus sign
@@ -136,7 +145,8 @@ def evaluate(
     objective: Objective = None,
     stiffness: Stiffness = None,
     sweep: Annotated[
-        str | None, typer.Option(metavar="NAME=FIRST:LAST:COUNT", help="Vary a vehicle parameter, such as V=10:55:10.")
+        str | None,
+        typer.Option(metavar="NAME=FIRST:LAST:COUNT", help="Vary a vehicle parameter, such as V=10:55:10."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -335,9 +345,7 @@ def reproduce(
 # --- what the commands share ---------------------------------------------------------------------------------
 
 
-def _posed(
-    name: str, vehicle: Path | None, position: str | None, objective: str | None, stiffness: str | None
-) -> Any:
+def _posed(name: str, vehicle: Path | None, position: str | None, objective: str | None, stiffness: str | None) -> Any:
     from posreal.design import problem
     from posreal.units import quantity
 
@@ -389,7 +397,13 @@ def _layout_dict(entry: Any) -> dict[str, Any]:
         "description": entry.description,
         "source": entry.source,
         "published": [
-            {"table": r.table, "problem": r.problem, "values": r.values, "vehicle": r.vehicle, "figures": r.figures}
+            {
+                "table": r.table,
+                "problem": r.problem,
+                "values": r.values,
+                "vehicle": r.vehicle,
+                "figures": r.figures,
+            }
             for r in entry.published
         ],
     }
@@ -443,7 +457,10 @@ def _print_design(design: Any, *, heading: str, draw: bool = False) -> None:
         held = constraint.margin(design.metrics) >= -1e-9 * abs(constraint.value)
         print(f"  {constraint}: {'holds' if held else 'VIOLATED'}")
     if design.found:
-        print("  found by: " + ", ".join(_finding(key, value) for key, value in design.found.items() if value not in ([], ())))
+        print(
+            "  found by: "
+            + ", ".join(_finding(key, value) for key, value in design.found.items() if value not in ([], ()))
+        )
 
 
 def _finding(key: str, value: Any) -> str:

@@ -20,7 +20,9 @@ _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*",
     re.S,
 )
-_UNIT = re.compile(r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?"))  # no nested powers, no brackets
+_UNIT = re.compile(
+    r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?")
+)  # no nested powers, no brackets
 
 _EXAMPLES = {
     "N/m": ("N/m", "kN/m", "MN/m", "N/mm"),

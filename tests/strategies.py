@@ -1,6 +1,7 @@
 """Hypothesis strategies that draw networks: positive real by construction, with exact values.
 
-``decades`` is how far element values are spread; ``kinds`` which elements may occur ("kc" draws springs and dampers).
+``decades`` is how far element values are spread, ``kinds`` which elements may occur: "kc" draws springs and
+dampers.
 """
 
 from __future__ import annotations

@@ -37,6 +37,10 @@ def test_an_installed_wheel_lists_the_layouts(tmp_path):
     )
     assert [line.split()[0] for line in run.stdout.splitlines()[2:]] == [f"S{i}" for i in range(1, 8)]
     where = subprocess.run(
-        [python, "-c", "import posreal; print(posreal.__file__)"], capture_output=True, text=True, check=True, cwd=tmp_path
+        [python, "-c", "import posreal; print(posreal.__file__)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
     )
     assert str(site) in where.stdout

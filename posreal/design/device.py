@@ -91,9 +91,7 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
     tuned = problem.with_vehicle(vehicle)  # type: ignore[arg-type]
     if chosen is not None:
         values = {name: _element_value(name, value) for name, value in elements.items()}
-        return evaluate_layout(
-            tuned, chosen, values, vehicle={name: getattr(tuned.vehicle, name) for name in vehicle}
-        )
+        return evaluate_layout(tuned, chosen, values, vehicle={name: getattr(tuned.vehicle, name) for name in vehicle})
     return evaluate(tuned, read_device(text))
 
 
@@ -145,16 +143,14 @@ def _from_file(path: Path) -> Network | Rational | None:
         raise BadInput(f"{path} is not a text file in UTF-8") from None
     try:
         if not text.startswith("{") or '"' not in text:
-            return read_device(text) if not _is_file(text) else _refuse_chain(path)
+            if _is_file(text):
+                raise BadInput(f"{path} names another file; give a file that holds a device")
+            return read_device(text)
         return _from_json(json.loads(text))
     except json.JSONDecodeError as error:
         raise BadInput(f"{path} is not valid JSON: {error}") from None
     except BadDevice as error:
         raise BadDevice(f"{path}: {error}") from None
-
-
-def _refuse_chain(path: Path) -> None:
-    raise BadInput(f"{path} names another file; give a file that holds a device")
 
 
 def _from_json(document: Any) -> Network | Rational:

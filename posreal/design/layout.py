@@ -241,7 +241,16 @@ def _number(name: str, given: Any, where: str) -> float | str:
 
 
 def _published(row: Mapping[str, Any], where: str) -> Published:
-    accepted = ("table", "problem", "values", "figures", "vehicle", "improvement_percent", "improvements_percent", "note")
+    accepted = (
+        "table",
+        "problem",
+        "values",
+        "figures",
+        "vehicle",
+        "improvement_percent",
+        "improvements_percent",
+        "note",
+    )
     _known(row, accepted, where)
     try:
         improvements = dict(row.get("improvements_percent", {}))
@@ -257,4 +266,6 @@ def _published(row: Mapping[str, Any], where: str) -> Published:
             str(row.get("note", "")),
         )
     except (KeyError, TypeError, ValueError, StopIteration):
-        raise BadInput(f"{where}: a row has table, problem, values and figures, and may have vehicle and note") from None
+        raise BadInput(
+            f"{where}: a row has table, problem, values and figures, and may have vehicle and note"
+        ) from None

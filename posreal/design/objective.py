@@ -78,9 +78,7 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
 
 
 @lru_cache(maxsize=128)
-def _mean_square(
-    vehicle: PlanView | SideView | QuarterCar, metric: str, primary_open: bool, panels: int
-) -> MeanSquare:
+def _mean_square(vehicle: PlanView | SideView | QuarterCar, metric: str, primary_open: bool, panels: int) -> MeanSquare:
     match vehicle:
         case PlanView() if metric in ("Macc", "J1y"):
             rule = frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)

@@ -173,7 +173,7 @@ def _polish(station: _Station, start: Array, watch: _Watch) -> Array:
             method="SLSQP",
             bounds=list(zip(station.free.lower, station.free.upper, strict=True)),
             constraints=_constraints(station, watch),
-            options={"maxiter": 200, "ftol": 1e-12},
+            options={"maxiter": 200, "ftol": 1e-11},
         )
     return np.clip(np.asarray(result.x), station.free.lower, station.free.upper)
 
@@ -242,8 +242,10 @@ def optimise(
     for number, (design, reason) in enumerate(run, 1):
         if design is not None and design.feasible:
             candidates.append(design)
-        elif reason or design is not None:
-            refused = reason or design.problem.violated(design.metrics)[0]  # type: ignore[union-attr]
+        elif design is not None:
+            refused = design.problem.violated(design.metrics)[0]
+        else:
+            refused = reason
         if progress is not None:
             progress(f"{layout.name}: start {number}/{starts}: {design.objective if design else reason}")
     if not candidates:
@@ -288,11 +290,17 @@ def _from_start(station: _Station, start: Array) -> tuple[Design | None, str]:
 def _measured(station: _Station, theta: Array) -> Design:
     """Everything about a point, by the problem's own metrics."""
     tuned, elements = station.tuned(theta)
-    return evaluate_layout(tuned, station.layout, elements, vehicle={n: getattr(tuned.vehicle, n) for n in station.free.vehicle})
+    return evaluate_layout(
+        tuned, station.layout, elements, vehicle={n: getattr(tuned.vehicle, n) for n in station.free.vehicle}
+    )
 
 
 def evaluate_layout(
-    problem: Problem, layout: Layout, values: Mapping[str, float], *, vehicle: Mapping[str, float] | None = None
+    problem: Problem,
+    layout: Layout,
+    values: Mapping[str, float],
+    *,
+    vehicle: Mapping[str, float] | None = None,
 ) -> Design:
     """A layout at given element values as a design; `vehicle` names tuned parameters for the record."""
     network = layout.valued(problem, values)

@@ -206,7 +206,7 @@ class Problem:
 
 
 _KPY, _CPY, _KSY = Range(2.4e6, 9.4e6), Range(2.4e3, 6e4), Range(1.2e5, 4.9e5)
-"""Half to twice the default stiffnesses, a fifth to five times the default damping: a re-tuning, not another vehicle."""
+"""Half to twice the default stiffnesses, a fifth to five times the damping: a re-tuning, not another vehicle."""
 
 
 def _lateral(name: str, summary: str, objective: str, keep: tuple[str, ...], **free: Range) -> Problem:
@@ -241,8 +241,18 @@ _PROBLEMS: dict[str, Problem] = {
             Cpy=_CPY,
             Ksy=_KSY,
         ),
-        Problem("vertical-comfort", "least vertical body acceleration over the trailing bogie", SideView(), "J1z_T"),
-        Problem("quarter-car", "least body acceleration of a quarter-car, static stiffness kept", QuarterCar(), "J1"),
+        Problem(
+            "vertical-comfort",
+            "least vertical body acceleration over the trailing bogie",
+            SideView(),
+            "J1z_T",
+        ),
+        Problem(
+            "quarter-car",
+            "least body acceleration of a quarter-car, static stiffness kept",
+            QuarterCar(),
+            "J1",
+        ),
     )
 }
 

@@ -103,12 +103,16 @@ class Design:
             s = 1j * np.geomspace(1e-3, 1e4, 200)
             off = float(np.max(np.abs(inner(s) / self.device(s) - 1)))
             if off > 1e-9:
-                raise Infeasible(f"{self.label}: the network's admittance differs from the device's by {off:.1e} relative")
+                raise Infeasible(
+                    f"{self.label}: the network's admittance differs from the device's by {off:.1e} relative"
+                )
         anew = self.problem.metrics(self.problem.port(inner, whole=self.whole))
         for name, metric in anew.items():
             recorded = self.metrics[name].value
             if abs(metric.value - recorded) > tolerance * abs(recorded):
-                raise Infeasible(f"{self.label}: {name} is {metric.value:.8g}, recorded as {recorded:.8g} {metric.unit}")
+                raise Infeasible(
+                    f"{self.label}: {name} is {metric.value:.8g}, recorded as {recorded:.8g} {metric.unit}"
+                )
         broken = self.problem.violated(anew)
         if broken:
             raise Infeasible(f"{self.label}: {broken[0]}")

@@ -23,8 +23,8 @@ def synthesise(
     """The best positive-real admittance of McMillan degree `order` that was found for the device's place.
 
     See :func:`posreal.design.synthesis.synthesise` for the parameters, the method and what is raised. The design's
-    ``found`` holds what the iterated SDPs reached alone (``bmi``) and after finishing (``ph``), the number of starts and
-    how many of them agreed within 0.1 %, seed and seconds.
+    ``found`` holds what the iterated SDPs reached alone (``bmi``) and what finishing reached (``ph``), the number of
+    starts and how many of them agreed within 0.1 %, seed and seconds.
     """
     options: dict[str, Any] = {} if starts is None else {"starts": starts}
     result = search(problem, order, method=method, seed=seed, warm=warm, progress=progress, **options)

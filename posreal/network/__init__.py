@@ -1,8 +1,10 @@
 """Networks of springs, dampers and inerters: trees, bridges, levers, and every form in which they show."""
 
-from posreal.network.bridge import Graph, Lever, bridge
+from posreal.network.canonical import canonical_key, isomorphic
+from posreal.network.graph import Graph, Lever, bridge
 from posreal.network.nodal import nodal_admittance, nodal_value
 from posreal.network.notation import parse
+from posreal.network.simplify import simplified
 from posreal.network.tree import (
     Counts,
     Damper,
@@ -28,9 +30,12 @@ __all__ = [
     "Series",
     "Spring",
     "bridge",
+    "canonical_key",
+    "isomorphic",
     "nodal_admittance",
     "nodal_value",
     "parallel",
     "parse",
     "series",
+    "simplified",
 ]

@@ -1,8 +1,8 @@
 """When two networks are one: a canonical order of children, and a key for sets and dictionaries.
 
-The order of networks in series or in parallel does not matter, nor which way round a two-terminal network is put in,
-nor how the inner nodes of a graph are numbered. Nothing here asks whether networks of different form have the same
-admittance; `Network.admittance` answers that.
+The order of networks in series or in parallel does not matter, nor which way round a network is put in, nor
+how the inner nodes of a graph are numbered. Networks of different form that have the same admittance are
+different here; `Network.admittance` finds those.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from itertools import permutations
 
 from posreal.errors import BadDevice
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 from posreal.network.tree import Element, Network, Parallel, Series
 from posreal.network.value import write_value
 

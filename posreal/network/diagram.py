@@ -6,8 +6,8 @@
           └─[ c1 ]─┬─[ k2 ]─┬─┘
                    └─[ b1 ]─┘
 
-A network is a box of text whose wire enters and leaves on the top row: boxes in series stand side by side, boxes in
-parallel under one another, a graph on rails. What is too wide is drawn apart and named: ``( A )``.
+A network is a box of text whose wire enters and leaves on the top row: boxes in series stand side by side,
+boxes in parallel under one another, a graph on rails. What is too wide is drawn apart and named: ``( A )``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 from posreal.errors import BadInput
 from posreal.network import railtext
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 from posreal.network.railtext import Box
 from posreal.network.tree import Element, Network, Series
 from posreal.units import engineering

@@ -1,76 +1,226 @@
-"""Any network as a flat multigraph: numbered nodes, one edge an element, and levers on three nodes.
+"""Two-terminal networks that are no tree: bridges, and levers.
 
-Node 1 is the first terminal (the body's side), node 0 the second: held in nodal analysis, ground in SPICE.
+A `Graph` joins networks between nodes. Terminal 1 is the first (the body's side), terminal 0 the second;
+inner nodes are 2, 3, …. A `Lever` is a rigid massless bar on three nodes, arm – pivot – arm, which keeps
+
+    v_far − v_pivot = n (v_near − v_pivot),      F_near + n F_far = 0,      F_near + F_pivot + F_far = 0:
+
+an ideal transformer with a common terminal. With one inerter or spring beside it, it is the perfectly
+coupled pair that Brune's method asks for.
+
+The response follows from nodal analysis: with L the Laplacian of the branch admittances, node 0 held,
+A x = 0 the lever equations and λ the forces they need,
+
+    [[L, Aᵀ], [A, 0]] (x, λ) = (e₁, 0),     Y = 1/x₁,
+    ∂Y/∂Y_branch = (v_branch/x₁)²,          ∂Y/∂n = 2 λ (v_pivot − v_near)/x₁².
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Hashable, Iterable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
 
-from posreal.network.bridge import Graph, Lever
-from posreal.network.tree import Element, Network, Series
+import numpy as np
 
-
-@dataclass(frozen=True)
-class Edge:
-    """An element between two nodes, under its resolved name."""
-
-    start: int
-    end: int
-    name: str
-    element: Element
+from posreal.admittance.rational import Rational
+from posreal.errors import BadDevice
+from posreal.network.response import Array
+from posreal.network.tree import DEEPEST, Element, Network, refuse_twins
 
 
-@dataclass(frozen=True)
-class Bar:
-    """A lever on three nodes, under its resolved name."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Lever(Element):
+    """A rigid massless bar on three nodes of a `Graph`; its value is the ratio v_far/v_near about the pivot.
 
-    near: int
-    pivot: int
-    far: int
-    name: str
-    lever: Lever
+    A ratio above zero has both arms on one side of the pivot, one below zero has the pivot between them.
+    """
 
+    value: Any = None
+    name: str | None = None
 
-@dataclass(frozen=True)
-class Circuit:
-    """The multigraph of a network."""
+    kind, letter, unit = "lever", "n", ""
 
-    size: int
-    edges: tuple[Edge, ...]
-    bars: tuple[Bar, ...]
+    def __post_init__(self) -> None:
+        self._check()
 
-
-def circuit(network: Network) -> Circuit:
-    """Flatten a network into nodes and elements."""
-    edges: list[Edge] = []
-    bars: list[Bar] = []
-    names = network.names
-    size, first = 2, 0
-    waiting = [(network, 1, 0)]
-    while waiting:  # depth first, children in order, so that elements are met in the order of the names
-        part, start, end = waiting.pop()
-        if isinstance(part, Element):
-            edges.append(Edge(start, end, names[first], part))
-            first += 1
-        elif isinstance(part, Graph):
-            inner = [end, start, *range(size, size + part.size - 2)]
-            size += part.size - 2
-            waiting.extend((child, inner[u], inner[v]) for u, v, child in reversed(part.branches))
-            first_lever = first + sum(len(child) for child in part.children)
-            for offset, (a, m, b, lever) in enumerate(part.levers):
-                bars.append(Bar(inner[a], inner[m], inner[b], names[first_lever + offset], lever))
-        else:
-            children = part.children  # type: ignore[attr-defined]
-            nodes = [start] * len(children) + [end]
-            if isinstance(part, Series):
-                nodes[1:-1] = range(size, size + len(children) - 1)
-                size += len(children) - 1
-                spans = list(pairwise(nodes))
-            else:
-                spans = [(start, end)] * len(children)
-            waiting.extend(
-                (child, *span) for child, span in reversed(list(zip(children, spans, strict=True)))
+    def _accept(self, number: Fraction) -> None:
+        if number == 0:
+            raise BadDevice(
+                f"{self._title} has ratio 0, which holds its far end to the pivot; give any other number."
             )
-    return Circuit(size, tuple(edges), tuple(bars))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Graph(Network):
+    """Networks between the nodes of a graph, and levers on them.
+
+    Parameters
+    ----------
+    branches : sequence of (node, node, Network)
+        Nodes may be any labels; inner ones are renumbered 2, 3, … in the order in which they appear.
+    levers : sequence of (near, pivot, far, Lever)
+    terminals : (node, node)
+        Which labels are the two terminals; 1 and 0 if not given.
+
+    Raises
+    ------
+    BadDevice
+        If a branch begins and ends at one node, or a part of the graph hangs at one node only.
+    """
+
+    branches: tuple[tuple[int, int, Network], ...]
+    levers: tuple[tuple[int, int, int, Lever], ...] = ()
+    terminals: tuple[Hashable, Hashable] = field(default=(1, 0))
+
+    def __post_init__(self) -> None:
+        number: dict[Hashable, int] = {self.terminals[0]: 1, self.terminals[1]: 0}
+        if len(number) < 2:
+            raise BadDevice(f"Both terminals are node {self.terminals[0]!r}; a device has two.")
+        branches, levers = [], []
+        for *ends, part in self.branches:
+            if len(ends) != 2 or not isinstance(part, Network):
+                raise BadDevice(f"{(*ends, part)!r} is not a branch; give (node, node, Network).")
+            u, v = (number.setdefault(end, len(number)) for end in ends)
+            if u == v:
+                raise BadDevice(f"The branch {part} begins and ends at node {ends[0]!r}; give it two nodes.")
+            branches.append((u, v, part))
+        for *ends, lever in self.levers:
+            if len(ends) != 3 or len(set(ends)) != 3 or not isinstance(lever, Lever):
+                raise BadDevice(
+                    f"{(*ends, lever)!r} is not a lever; give (near, pivot, far, Lever), three nodes."
+                )
+            a, m, b = (number.setdefault(end, len(number)) for end in ends)
+            levers.append((a, m, b, lever))
+        object.__setattr__(self, "branches", tuple(branches))
+        object.__setattr__(self, "levers", tuple(levers))
+        object.__setattr__(self, "terminals", (1, 0))
+        if self.depth > DEEPEST:
+            raise BadDevice(f"This network is nested more than {DEEPEST} levels deep; write it flatter.")
+        refuse_twins(self.elements())
+        self._refuse_loose_parts()
+
+    def _refuse_loose_parts(self) -> None:
+        """Every node must lie on a way between the terminals: with a port edge the graph is 2-connected."""
+        import networkx as nx
+
+        graph = nx.Graph([(1, 0), *((u, v) for u, v, _ in self.branches)])
+        for a, m, b, _ in self.levers:
+            graph.add_edges_from([(a, m), (m, b), (a, b)])
+        blocks = list(nx.biconnected_components(graph))
+        if len(blocks) != 1:
+            loose = sorted(set(graph) - next(block for block in blocks if {0, 1} <= block))
+            raise BadDevice(
+                f"Node {loose[0]} is on no way from terminal 1 to terminal 0; join it up or leave it out."
+            )
+
+    @property
+    def children(self) -> tuple[Network, ...]:
+        """The networks on the branches."""
+        return tuple(part for _, _, part in self.branches)
+
+    @cached_property
+    def size(self) -> int:
+        """The number of nodes."""
+        ends = [node for u, v, _ in self.branches for node in (u, v)]
+        return 1 + max([1, *ends, *(node for *triple, _ in self.levers for node in triple)])
+
+    def elements(self) -> tuple[Element, ...]:
+        return self._elements
+
+    @cached_property
+    def _elements(self) -> tuple[Element, ...]:
+        inside = (element for part in self.children for element in part.elements())
+        return (*inside, *(lever for *_, lever in self.levers))
+
+    @cached_property
+    def depth(self) -> int:
+        return 1 + max((part.depth for part in self.children), default=0)
+
+    def admittance(self) -> Rational:
+        from posreal.network.nodal import nodal_admittance
+
+        return nodal_admittance(self)
+
+    def _rebuilt(self, elements: Iterable[Element]) -> Graph:
+        source: Iterator[Any] = iter(elements)
+        branches = tuple((u, v, part._rebuilt(source)) for u, v, part in self.branches)
+        return Graph(branches, tuple((a, m, b, next(source)) for a, m, b, _ in self.levers))
+
+    def _form(self) -> tuple[Any, ...]:
+        branches = ((u, v, part._form()) for u, v, part in self.branches)
+        return ("graph", *branches, *((a, m, b, lever.value) for a, m, b, lever in self.levers))
+
+
+def bridge(first: Network, second: Network, cross: Network, third: Network, fourth: Network) -> Graph:
+    """The five-branch bridge.
+
+    ::
+
+        1 ─┬─ first ──┬─ third ──┬─ 0
+           │        cross        │
+           └─ second ─┴─ fourth ─┘
+    """
+    return Graph(((1, 2, first), (1, 3, second), (2, 3, cross), (2, 0, third), (3, 0, fourth)))
+
+
+class NodalStep:
+    """A graph among the steps of a `Response`: one small linear system per frequency, solved in one call."""
+
+    def __init__(self, slot: int, children: slice, graph: Graph, first_lever: int) -> None:
+        self.slot, self.children = slot, children
+        size, bars = graph.size - 1, len(graph.levers)  # node 0 is held and left out
+        self._incidence = np.zeros((len(graph.branches), size))
+        for row, (u, v, _) in enumerate(graph.branches):
+            for node, sign in ((u, 1), (v, -1)):
+                if node:
+                    self._incidence[row, node - 1] = sign
+        self._triples = [(a, m, b) for a, m, b, _ in graph.levers]
+        self._levers = slice(first_lever, first_lever + bars)
+        self._size, self._bars = size, bars
+
+    def up(self, y: Array, levers: Array) -> None:
+        y[self.slot] = 1 / self._solution(y, levers)[:, 0]
+
+    def down(self, y: Array, a: Array, levers: Array, d_levers: Array) -> None:
+        solution = self._solution(y, levers)
+        x = np.zeros((len(solution), self._size + 1), dtype=complex)
+        x[:, 1:] = solution[:, : self._size] / solution[:, :1]
+        drop = x[:, 1:] @ self._incidence.T
+        a[self.children] = a[self.slot] * drop.T**2
+        for j, (near, pivot, _) in enumerate(self._triples):
+            force = solution[:, self._size + j] / solution[:, 0]
+            d_levers[self._levers.start + j] = a[self.slot] * 2 * force * (x[:, pivot] - x[:, near])
+
+    def _solution(self, y: Array, levers: Array) -> Array:
+        n, total = self._size, self._size + self._bars
+        matrix = np.zeros((y.shape[1], total, total), dtype=complex)
+        matrix[:, :n, :n] = np.einsum("ei,ef,ej->fij", self._incidence, y[self.children], self._incidence)
+        scale = np.abs(matrix[:, :n, :n]).max(axis=(1, 2))
+        for j, ((near, pivot, far), ratio) in enumerate(
+            zip(self._triples, levers[self._levers], strict=True)
+        ):
+            for node, weight in ((far, 1.0), (pivot, ratio - 1), (near, -ratio)):
+                if node:
+                    matrix[:, n + j, node - 1] = matrix[:, node - 1, n + j] = weight * scale
+        rhs = np.zeros((y.shape[1], total, 1), dtype=complex)
+        rhs[:, 0, 0] = 1
+        solution = _solve(matrix, rhs)
+        solution[:, n:] *= scale[:, None]
+        return solution
+
+
+def _solve(matrix: Array, rhs: Array) -> Array:
+    """The solution, with nan where a matrix is singular or not finite: a pole of the whole or of a branch."""
+    try:
+        return np.linalg.solve(matrix, rhs)[..., 0]
+    except np.linalg.LinAlgError:
+        rows = []
+        for one, right in zip(matrix, rhs, strict=True):
+            try:
+                rows.append(np.linalg.solve(one, right)[:, 0])
+            except np.linalg.LinAlgError:
+                rows.append(np.full(len(one), np.nan, dtype=complex))
+        return np.array(rows)

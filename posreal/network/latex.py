@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from fractions import Fraction
 
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 from posreal.network.layout import LENGTH, Beam, layout
 from posreal.network.tree import Element, Network, Series
 from posreal.units import engineering
@@ -106,9 +106,9 @@ def _label(name: str, element: Element, values: bool, digits: int) -> str:
 
 def _beam(beam: Beam, label: str) -> list[str]:
     low, _, high = sorted((beam.near, beam.pivot, beam.far))
-    tip = _at(beam.pivot, beam.y)
+    left, right, tip = _at(low, beam.y), _at(high, beam.y), _at(beam.pivot, beam.y)
     return [
-        rf"  \draw[line width=2.5pt] {_at(low, beam.y)} -- {_at(high, beam.y)} node[pos=0.25, above] {{{label}}};",
+        rf"  \draw[line width=2.5pt] {left} -- {right} node[pos=0.25, above] {{{label}}};",
         rf"  \draw[fill=white] {tip} -- ++(-0.15,-0.28) -- ++(0.3,0) -- cycle;",
         rf"  \draw {_at(beam.near, beam.y)} node[ocirc] {{}} node[below right] {{\scriptsize 1}};",
         rf"  \draw {_at(beam.far, beam.y)} node[ocirc] {{}} node[below left] {{\scriptsize $n$}};",

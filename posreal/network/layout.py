@@ -1,7 +1,7 @@
-"""Where everything stands in a picture of a network: the one geometry behind the schemdraw and the LaTeX pictures.
+"""Where everything stands in a picture of a network: the one geometry behind schemdraw and LaTeX.
 
-x runs to the right and an element is two long; y runs down and each row of the network is one. Parallel branches stand
-under one another, series ones side by side, a graph on rails as in the text diagram.
+x runs to the right and an element is two long; y runs down and each row of the network is one. Parallel
+branches stand under one another, series ones side by side, a graph on rails as in the text diagram.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from posreal.network import rails
-from posreal.network.bridge import Graph, Lever
+from posreal.network.graph import Graph, Lever
 from posreal.network.tree import Element, Network, Series
 
 LENGTH = 2.0  # of an element

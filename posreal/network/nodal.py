@@ -19,7 +19,7 @@ from flint import acb, acb_mat, fmpq, fmpq_poly
 
 from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice
-from posreal.network.graph import Circuit, Edge, circuit
+from posreal.network.circuit import Circuit, Edge, circuit
 from posreal.network.tree import Network, exact_value
 
 Row = dict[int, Any]

@@ -19,7 +19,7 @@ from fractions import Fraction
 from typing import Any, NoReturn
 
 from posreal.errors import BadDevice, BadInput
-from posreal.network.bridge import Graph, Lever
+from posreal.network.graph import Graph, Lever
 from posreal.network.tree import (
     DEEPEST,
     Damper,

@@ -90,6 +90,7 @@ def _symbol(placed: Placed, label: str) -> Any:
     from schemdraw.segments import Segment, SegmentCircle, SegmentPoly
 
     a, b, h = 0.55, LENGTH - 0.55, _HALF  # the symbol's ends
+    parts: list[Any]
     if placed.element.letter == "k":
         teeth = 9
         step = (b - a) / teeth

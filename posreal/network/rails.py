@@ -1,15 +1,16 @@
 """Where a graph's parts stand when every node is a vertical rail and every branch a row between two rails.
 
-Terminal 1 is the first rail and 0 the last; the inner ones stand in the order that keeps branches short. The text
-diagram and the pictures draw the same plan, each in units of its own.
+Terminal 1 is the first rail and 0 the last; the inner ones stand in the order that keeps branches short. The
+text diagram and the pictures draw the same plan, each in units of its own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 
 Size = tuple[float, float]  # width, rows
 
@@ -64,13 +65,15 @@ class Plan:
         return found
 
 
-def plan(graph: Graph, branches: list[Size], levers: list[Size], margin: float, narrowest: float) -> Plan:
+def plan(
+    graph: Graph, branches: Sequence[Size], levers: Sequence[Size], margin: float, narrowest: float
+) -> Plan:
     """Lay out a graph.
 
     Parameters
     ----------
     graph : Graph
-    branches, levers : list of (width, rows)
+    branches, levers : sequence of (width, rows)
         What each takes up, in the graph's order.
     margin : float
         Wire on each side of a branch's box; a lever's tag has twice as much.

@@ -12,7 +12,7 @@ A row that crosses a rail without touching it leaves the rail's own symbol: ``â”
 
 from __future__ import annotations
 
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 from posreal.network.rails import Plan, Span, plan
 
 Box = list[str]

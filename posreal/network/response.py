@@ -115,7 +115,7 @@ class Response:
 
 def compiled(network: Network) -> Response:
     """Number the joints breadth first, so that the children of each stand side by side in memory."""
-    from posreal.network.bridge import Graph, NodalStep
+    from posreal.network.graph import Graph, NodalStep
 
     elements = network.elements()
     slots = [-1] * len(elements)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from posreal.network.bridge import Graph
+from posreal.network.graph import Graph
 from posreal.network.tree import Element, Network, Parallel, Series, parallel, series
 
 
@@ -45,4 +45,4 @@ def _one(first: Network, second: Element, in_series: bool) -> Network:
     value: Fraction | None = None
     if a is not None and b is not None:
         value = a * b / (a + b) if in_series else a + b
-    return first.altered(value, first.name)  # type: ignore[return-value]
+    return first.altered(value, first.name)

@@ -1,15 +1,15 @@
 """A network as a SPICE deck, by the force–current analogy [Smith2002].
 
-    velocity ↔ voltage, force ↔ current:  spring k ↔ inductor 1/k,  damper c ↔ resistor 1/c,  inerter b ↔ capacitor b
+    velocity ↔ voltage        spring k ↔ inductor 1/k        inerter b ↔ capacitor b
+    force ↔ current           damper c ↔ resistor 1/c        lever ↔ ideal transformer
 
-so that the admittance F/v is the electrical one, I/V. A lever is an ideal transformer, of a controlled voltage and a
-controlled current source.
+so that the admittance F/v is the electrical one, I/V.
 """
 
 from __future__ import annotations
 
 from posreal.errors import BadInput
-from posreal.network.graph import Bar, Edge, circuit
+from posreal.network.circuit import Bar, Edge, circuit
 from posreal.network.tree import Network
 
 _HEADER = """\
@@ -17,7 +17,7 @@ _HEADER = """\
 * A mechanical network by the force-current analogy:
 *   volt = m/s (velocity), ampere = N (force), so admittance I/V = F/v in N s/m
 *   inductor L = 1/k (spring, N/m)   resistor R = 1/c (damper, N s/m)   capacitor C = b (inerter, kg)
-* Node 1 is the first terminal, node 0 the second. One volt drives node 1, and the voltage of node y is Y(j omega).
+* Node 1 is the first terminal, node 0 the second. One volt drives node 1: V(y) is Y(j omega).
 
 Vport 1 0 DC 0 AC 1
 Hport y 0 Vport -1
@@ -64,7 +64,8 @@ def spice(
     lines += [_transformer(bar, used) for bar in flat.bars]
     lines += [
         "* Linear and driven by AC alone: no operating point is needed, and none need exist.",
-        ".options noopac",
+        "* Values spread over many decades: without strict pivoting, digits are lost.",
+        ".options noopac pivrel=0.9 pivtol=1e-30",
         f".ac dec {per_decade} {low!r} {high!r}",
         ".print ac vr(y) vi(y)",
         ".control",

@@ -41,9 +41,9 @@ def table(network: Network, digits: int = 3) -> str:
     --------
     >>> from posreal.network import parse
     >>> print(table(parse("k=2.45e5 | c=1/3")))
-    name  kind    value           exact   unit
-    k     spring  245 kN/m        245000  N/m
-    c     damper  0.333 N·s/m     1/3     N s/m
+    name  kind    value       exact   unit
+    k     spring  245 kN/m    245000  N/m
+    c     damper  333 mN·s/m  1/3     N s/m
     """
     lines = [("name", "kind", "value", "exact", "unit")]
     lines += [(row.name, row.kind, row.value, row.exact, row.unit) for row in rows(network, digits)]

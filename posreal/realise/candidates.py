@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 from posreal.admittance import Rational
 from posreal.network import Damper, Inerter, Network, Spring, bridge, parallel, series
 
 Form = tuple  # ("k",) or ("+", child, …) or ("|", child, …), children sorted
 LEAVES = (("b",), ("c",), ("k",))
-_MAKE = {"k": Spring, "c": Damper, "b": Inerter}
+_MAKE: dict[str, type[Any]] = {"k": Spring, "c": Damper, "b": Inerter}
 
 
 @lru_cache
@@ -35,7 +36,7 @@ def _families(size: int, sign: str, largest: int, least: Form) -> Iterator[tuple
         return
     other = "|" if sign == "+" else "+"
     for first in range(min(size, largest), 0, -1):
-        for child in (*forms(first), *()) if first == 1 else forms(first, other):
+        for child in forms(first) if first == 1 else forms(first, other):
             if first == largest and least and (child < least or (child == least and first == 1)):
                 continue
             for rest in _families(size - first, sign, first, child):
@@ -65,7 +66,7 @@ def device_orders(y: Rational) -> tuple[int, int]:
 
 
 def trees(y: Rational, size: int, stores: int | None = None) -> Iterator[Network]:
-    """Series–parallel networks of a size that may have this admittance; `stores` fixes the springs and inerters."""
+    """Series–parallel networks that may have this admittance; `stores` fixes the springs and inerters."""
     wanted = device_orders(y)
     for form in forms(size):
         count = sum(letters(form).count(letter) for letter in "kb")

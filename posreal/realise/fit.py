@@ -59,7 +59,7 @@ class Limits:
         return low, high
 
     def broken_by(self, network: Network) -> str | None:
-        """What a network asks for that cannot be built, or None; rounding to a float's last digits is forgiven."""
+        """What a network asks for that cannot be built, or None; a float's last digits are forgiven."""
         for name, part in zip(network.names, network.elements(), strict=True):
             if part.letter in "kcb":
                 low, high = self.of(part.letter)
@@ -104,12 +104,15 @@ def fitted(
     width = 1 + np.log(omega[-1] / omega[0]) / 12
     low, high = (limits or Limits()).logs(kinds)
 
+    def values_of(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.exp(np.clip(logs, -LARGEST_LOG, LARGEST_LOG))
+
     def misfit(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-        ratio = topology.evaluate(np.exp(logs), s)[0] / wanted - 1
+        ratio = topology.evaluate(values_of(logs), s)[0] / wanted - 1
         return np.concatenate([ratio.real, ratio.imag])
 
     def slope(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-        change = topology.evaluate(np.exp(logs), s)[1] / wanted
+        change = topology.evaluate(values_of(logs), s)[1] / wanted
         return np.concatenate([change.real, change.imag], axis=1).T
 
     bounded = bool(np.any(np.isfinite([low, high])))
@@ -132,7 +135,7 @@ def fitted(
             best, least = found.x, worst
         if least < enough:
             break
-    values = iter(np.exp(np.clip(best, -LARGEST_LOG, LARGEST_LOG)))
+    values = iter(values_of(best))
     network = revalued(topology, lambda _: Fraction(float(next(values))))
     return network, float(np.max(np.abs(network(s) / wanted - 1)))
 

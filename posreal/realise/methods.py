@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from posreal.admittance import Rational
 from posreal.network import Network
-from posreal.realise import bott_duffin, brune, cauer, foster, reza_pantell
+from posreal.realise import biquadratic, bott_duffin, brune, cauer, foster, reza_pantell
 from posreal.realise.long import Long
 from posreal.realise.preamble import Synthesis
 
@@ -17,6 +17,7 @@ METHODS: dict[str, Method] = {
     "foster-2": foster.parallel_form,
     "cauer-1": cauer.from_infinity,
     "cauer-2": cauer.from_zero,
+    "biquadratic": biquadratic.fewest,
     "brune": lambda y, arithmetic: Synthesis(brune.cycle, arithmetic)(y),
     "reza-pantell": lambda y, arithmetic: Synthesis(reza_pantell.cycle, arithmetic)(y),
     "bott-duffin": lambda y, arithmetic: Synthesis(bott_duffin.cycle, arithmetic)(y),

@@ -9,12 +9,14 @@ from typing import Any
 from flint import fmpq
 
 from posreal.admittance import Device, Rational, as_rational
-from posreal.errors import BadDevice, BadInput, PosrealError, listed
+from posreal.errors import BadDevice, BadInput, Infeasible, PosrealError, listed
 from posreal.network import Network
 from posreal.realise.digits import shortest
+from posreal.realise.fit import Limits
 from posreal.realise.lift import lifted
 from posreal.realise.long import Long
 from posreal.realise.methods import METHODS
+from posreal.realise.practical import LARGEST, close_network
 from posreal.realise.proof import Proof, require_proof
 from posreal.realise.refusal import DoesNotApply, Unproven
 
@@ -41,7 +43,10 @@ class Realisation:
     lift : float
         Damper (N s/m) added in parallel to a device that missed positive real by rounding; 0 if none.
     notes : tuple of str
-        What the user should know: the lift, methods that did not apply.
+        What the user should know: the lift, the misfit.
+    misfit : float
+        For a network within a tolerance, the largest |Y_network − Y|/|Y| over the band; 0 for the device
+        itself.
     """
 
     network: Network
@@ -51,6 +56,7 @@ class Realisation:
     proof: Proof
     lift: float = 0.0
     notes: tuple[str, ...] = ()
+    misfit: float = 0.0
 
     @property
     def residual(self) -> float:
@@ -112,12 +118,23 @@ class Realisation:
             "method": self.method,
             "spread": self.spread,
             "lift": self.lift,
+            "misfit": self.misfit,
             "notes": list(self.notes),
             "rational": self.target.to_dict(),
         }
 
 
-def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Realisation:
+def realise(
+    device: Device,
+    method: str = "auto",
+    *,
+    levers: bool = False,
+    tolerance: float | None = None,
+    band: tuple[float, float] | None = None,
+    limits: Limits | None = None,
+    largest: int = LARGEST,
+    seed: int = 0,
+) -> Realisation:
     """A network of springs, dampers and inerters with this admittance.
 
     Parameters
@@ -129,6 +146,17 @@ def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Re
         A name in `METHODS`, or "auto": the fewest elements any of them gives.
     levers : bool
         Let "auto" use levers (Brune), which cost an element of another kind but save many.
+    tolerance : float, optional
+        Let "auto" take a smaller network whose admittance is within this part of |Y| over the band; then
+        `target` is the network's own admittance and `misfit` says how far it is from the device.
+    band : (float, float), optional
+        In rad/s, for the tolerance; about the device's corners if not given.
+    limits : Limits, optional
+        Least and greatest values that can be built; networks beyond them are rejected.
+    largest : int
+        Elements up to which smaller networks are looked for.
+    seed : int
+        Of the starts of that search.
 
     Returns
     -------
@@ -139,6 +167,8 @@ def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Re
     ------
     NotPositiveReal
         If no such network exists, with the witness.
+    Infeasible
+        If no network found stays within the limits.
     DoesNotApply
         If the method does not serve this device, with the reason.
     BadDevice
@@ -147,12 +177,15 @@ def realise(device: Device, method: str = "auto", *, levers: bool = False) -> Re
         If the network's admittance is not the device's; a fault of the program.
     """
     if method == "auto":
-        found = realise_all(device)
-        return min((r for r in found if levers or not r.levers), key=lambda r: r.rank)
+        found = [r for r in realise_all(device) if levers or not r.levers]
+        fit = _close(device, tolerance, band, limits, min(largest, len(found[0].network) - 1), seed)
+        return _within([*fit, *found], limits)
+    if tolerance is not None:
+        raise BadInput(f"A tolerance needs method auto; {method} gives the device exactly.")
     if method not in METHODS:
         raise BadInput(f"There is no method {method!r}; take auto, {listed(METHODS)}.")
     y, repaired, lift, notes = _prepared(device)
-    return _realised(method, y, repaired, lift, notes)
+    return _within([_realised(method, y, repaired, lift, notes)], limits)
 
 
 def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Realisation]:
@@ -170,6 +203,40 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
     if not found:
         raise refusals[0]
     return sorted(found, key=lambda r: r.rank)
+
+
+def _close(
+    device: Device,
+    tolerance: float | None,
+    band: tuple[float, float] | None,
+    limits: Limits | None,
+    largest: int,
+    seed: int,
+) -> list[Realisation]:
+    """A smaller network within the tolerance, if one is asked for and found."""
+    if tolerance is None:
+        return []
+    y = as_rational(device)
+    try:
+        network, misfit = close_network(y, tolerance, band, limits, largest, seed)
+    except Infeasible:
+        return []
+    target = network.admittance()
+    note = f"differs from the device by up to {misfit:.2g} of its admittance over the band"
+    return [Realisation(network, "fit", y, target, require_proof(network, target), 0.0, (note,), misfit)]
+
+
+def _within(found: list[Realisation], limits: Limits | None) -> Realisation:
+    """The first that can be built, fewest elements first."""
+    ranked = sorted(found, key=lambda r: r.rank)
+    broken = [None if limits is None else limits.broken_by(r.network) for r in ranked]
+    for result, complaint in zip(ranked, broken, strict=True):
+        if complaint is None:
+            return result
+    raise Infeasible(
+        f"No realisation found can be built within the limits: in the smallest, {broken[0]}; "
+        "allow a tolerance, or wider limits."
+    )
 
 
 def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...]]:

@@ -71,10 +71,7 @@ class Comparison:
                     row.label,
                     "–" if row.device is None else str(degree(row)),
                     *(f"{row.metrics[name].value:#.5g}" for name in metrics),
-                    *(
-                        "–" if row is self.reference else percent(self.improvement(row, name))
-                        for name in shown
-                    ),
+                    *("–" if row is self.reference else percent(self.improvement(row, name)) for name in shown),
                     "–" if network is None else str(len(network)),
                     "–" if network is None else "+".join(str(n) for n in network.counts[:3]),
                 ]
@@ -83,7 +80,12 @@ class Comparison:
         lines += [f"  {note}" for note in self._notes()]
         best = strut(self.best)
         if best is not None:
-            lines += ["", f"  Best network, {self.best.label} ({self.best.objective}):", "", _drawn(best, problem, ascii)]
+            lines += [
+                "",
+                f"  Best network, {self.best.label} ({self.best.objective}):",
+                "",
+                _drawn(best, problem, ascii),
+            ]
         return "\n".join(lines)
 
     def _notes(self) -> list[str]:

@@ -65,7 +65,9 @@ def figure3(reproduction: Reproduction) -> Any:
     right.set(xlabel="speed V [m/s]", ylabel="least damping ratio [%]", title="(b) least damping ratio")
     floor = reproduction.lateral_default["Ldmp"].value
     right.axhline(floor, color="0.4", linewidth=0.8)
-    right.annotate(f"default's least, {floor:.2f} %", (30, floor), xytext=(0, 4), textcoords="offset points", color="0.4")
+    right.annotate(
+        f"default's least, {floor:.2f} %", (30, floor), xytext=(0, 4), textcoords="offset points", color="0.4"
+    )
     left.legend(fontsize=8)
     return figure
 

@@ -31,7 +31,10 @@ class Sweep:
         names = list(self.design.metrics)
         units = [self.design.metrics[name].unit for name in names]
         body = [
-            [f"{value:.6g}", *("unstable" if found is None else f"{found[name].value:#.5g}" for name in names)]
+            [
+                f"{value:.6g}",
+                *("unstable" if found is None else f"{found[name].value:#.5g}" for name in names),
+            ]
             for value, found in zip(self.values, self.metrics, strict=True)
         ]
         header = [self.parameter, *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]

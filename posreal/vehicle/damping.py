@@ -29,6 +29,4 @@ def least(poles: Complex, speeds: Real) -> LeastDamping:
     """The least damped of `poles` (speeds × modes)."""
     zeta = ratios(poles)
     row, column = np.unravel_index(int(np.argmin(zeta)), zeta.shape)
-    return LeastDamping(
-        float(zeta[row, column]), float(speeds[row]), float(np.abs(poles[row, column]) / (2 * np.pi))
-    )
+    return LeastDamping(float(zeta[row, column]), float(speeds[row]), float(np.abs(poles[row, column]) / (2 * np.pi)))

@@ -89,9 +89,7 @@ def lateral_poles(vehicle: PlanView, device: Rational | StateSpace, speeds: Real
     return np.linalg.eigvals(np.array(matrices)).astype(complex)
 
 
-def least_damping(
-    vehicle: PlanView, device: Rational | StateSpace, speeds: Real = SPEEDS
-) -> damping.LeastDamping:
+def least_damping(vehicle: PlanView, device: Rational | StateSpace, speeds: Real = SPEEDS) -> damping.LeastDamping:
     """Ldmp: the least damping ratio of all poles over `speeds` (m/s)."""
     return damping.least(lateral_poles(vehicle, device, speeds), speeds)
 
@@ -109,13 +107,13 @@ def curve_response(vehicle: PlanView, device: Rational, time: Real) -> Real:
     return simulation.corner_response(loop, "body_displacement", [(0.0, 1 / _RAMP), (_RAMP, -1 / _RAMP)], time)
 
 
-def curve_peak(vehicle: PlanView, device: Rational | StateSpace, *, duration: float = 10.0) -> float:
+def curve_peak(vehicle: PlanView, device: Rational | StateSpace, *, duration: float = 8.0) -> float:
     """Max(yv): the largest lateral displacement of the body (m) on entering the curve."""
     loop = close(vehicle.curve_entry(), {"secondary": _as_state_space(device)})
     corners = [(0.0, 1 / _RAMP), (_RAMP, -1 / _RAMP)]
-    return simulation.peak(
-        lambda time: simulation.corner_response(loop, "body_displacement", corners, time), duration
-    )[0]
+    return simulation.peak(lambda time: simulation.corner_response(loop, "body_displacement", corners, time), duration)[
+        0
+    ]
 
 
 def lateral_metrics(vehicle: PlanView, device: Rational) -> dict[str, Metric]:
@@ -200,9 +198,7 @@ def vertical_metrics(vehicle: SideView, device: Rational) -> dict[str, Metric]:
     growth = float(loop.poles().real.max())
     if growth >= 0:
         raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
-    found = {
-        f"J1z_{position}": Metric(vertical_ride(vehicle, device, position), "%g") for position in ("L", "M", "T")
-    }
+    found = {f"J1z_{position}": Metric(vertical_ride(vehicle, device, position), "%g") for position in ("L", "M", "T")}
     for end in ("front", "rear"):
         top, _ = simulation.peak(lambda time, end=end: _slope(loop, end, time), 8.0)  # type: ignore[misc]
         spread = vertical_rms(vehicle, device, f"deflection_{end}")

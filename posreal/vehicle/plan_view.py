@@ -178,6 +178,4 @@ def _track_acceleration() -> ShapingFilter:
     """s H(s) = 21.69 + (c₁ s + c₀)/(s² + 30.64 s + 24.07): H without its integrator."""
     a1, a0, b2, b1, b0 = 30.64, 24.07, 21.69, 105.6, 14.42
     A: Real = np.array([[0.0, 1.0], [-a0, -a1]])
-    return ShapingFilter(
-        A, np.array([[0.0], [1.0]]), np.array([[b0 - b2 * a0, b1 - b2 * a1]]), np.array([[b2]])
-    )
+    return ShapingFilter(A, np.array([[0.0], [1.0]]), np.array([[b0 - b2 * a0, b1 - b2 * a1]]), np.array([[b2]]))

@@ -14,14 +14,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from posreal.admittance.state_space import StateSpace
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Real = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Plant:
 
     def responses(self, omega: Real, output: str) -> PortResponses:
         """Responses of one output and of all ports on the grid `omega` (rad/s), delays and shaping exact."""
-        n, m = self.Bw.shape
+        n = len(self.A)
         j = self.output(output)
         s = 1j * omega
         late = np.exp(-np.multiply.outer(s, self.delays))
@@ -143,11 +144,12 @@ class PortResponses:
             t = Tzf (I + Y Pvf)⁻¹ the force sensitivities of the closed vehicle, ∂z/∂Y is Σ tₚ Vₚ over the
             ports that hold the device
         """
-        y = np.stack([Y[group] for group in self.groups], axis=1)
+        y: Complex = np.stack([Y[group] for group in self.groups], axis=1)
         if self._decoupled:
             ports = np.arange(len(self.groups))
             inverse = 1.0 / (1.0 + self.Pvf[:, ports, ports] * y)
-            v, t = inverse * self.Pvw, inverse * self.Tzf
+            v: Complex = inverse * self.Pvw
+            t: Complex = inverse * self.Tzf
         else:
             loop = np.eye(y.shape[1]) + self.Pvf * y[:, None, :]
             v = np.linalg.solve(loop, self.Pvw[:, :, None])[:, :, 0]
@@ -218,11 +220,11 @@ def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = Tru
     D = np.array([device.D for device in kept], dtype=float).reshape(-1)
 
     # port forces as a linear map of the whole state and of w, before the inerters' algebraic loop is solved
-    Fx = np.zeros((len(kept), total))
+    Fx: Real = np.zeros((len(kept), total))
     Fx[:, :n] = k[:, None] * plant.Cd + D[:, None] * plant.Cv + b[:, None] * (plant.Cv @ plant.A)
     for p, device in enumerate(kept):
         Fx[p, starts[p] : starts[p + 1]] = np.reshape(device.C, -1)
-    Fw = b[:, None] * (plant.Cv @ plant.Bw)
+    Fw: Real = b[:, None] * (plant.Cv @ plant.Bw)
     loop = np.eye(len(kept)) - b[:, None] * (plant.Cv @ plant.Bf)
     Fx, Fw = np.linalg.solve(loop, Fx), np.linalg.solve(loop, Fw)
 

@@ -118,7 +118,13 @@ class SideView:
             Cd=np.hstack([body.E.T, np.zeros((2, 6))]),
             Cv=np.hstack([np.zeros((2, 6)), body.E.T]),
             delays=np.array(self.wheel_delays),
-            outputs=("acceleration_L", "acceleration_M", "acceleration_T", "deflection_front", "deflection_rear"),
+            outputs=(
+                "acceleration_L",
+                "acceleration_M",
+                "acceleration_T",
+                "deflection_front",
+                "deflection_rear",
+            ),
             groups=("secondary", "secondary"),
             density=math.pi * self.Av * self.V,
         )

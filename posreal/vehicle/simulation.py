@@ -56,7 +56,7 @@ def corner_response(loop: ClosedLoop, output: str, corners: list[tuple[float, fl
     return z
 
 
-def peak(response: Callable[[Real], Real], stop: float, *, step: float = 5e-3) -> tuple[float, float]:
+def peak(response: Callable[[Real], Real], stop: float, *, step: float = 1e-2) -> tuple[float, float]:
     """Largest absolute value of a smooth response on [0, stop] and its instant, refined between samples.
 
     Parameters

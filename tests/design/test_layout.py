@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from tests import published
 
 from posreal.design import layout, layouts, problem
 from posreal.errors import BadDevice, BadInput
+from tests import published
 
 VERTICAL, LATERAL = problem("vertical-comfort"), problem("lateral-comfort")
 
@@ -46,7 +46,7 @@ def test_the_static_spring_is_free_only_where_the_problem_frees_it():
 
 
 def test_a_layout_that_does_not_fit_is_refused():
-    with pytest.raises(BadInput, match="S5 contains the bush.*layouts that fit it are S1, S2 or S3"):
+    with pytest.raises(BadInput, match=r"S5 contains the bush.*layouts that fit it are S1, S2 or S3"):
         layout("S5").valued(LATERAL, {"c": 1, "b": 1})
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests import published
 
 from posreal.design import layout, optimise, problem
-from posreal.design.optimise import _Station, _gradient
+from posreal.design.optimise import _gradient, _Station
+from tests import published
 
 
 @pytest.mark.parametrize("row", published.TABLE2, ids=lambda row: f"{row.problem}-{row.layout}")

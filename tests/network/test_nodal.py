@@ -1,7 +1,7 @@
 import flint
 import pytest
 from flint import arb
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from posreal.errors import BadDevice
@@ -13,7 +13,9 @@ from tests.strategies import lever_networks, networks, trees
 def test_a_long_value_lies_on_the_exact_function(network):
     value = nodal_value(network, 1.75j, digits=60)
     with flint.ctx.workprec(200):
-        for part, exact in zip((value.real, value.imag), nodal_admittance(network).exact_response("7/4"), strict=True):
+        for part, exact in zip(
+            (value.real, value.imag), nodal_admittance(network).exact_response("7/4"), strict=True
+        ):
             error = abs(part - arb(exact.numerator) / exact.denominator)
             assert error < arb(10) ** -40 * abs(value)
 
@@ -24,6 +26,7 @@ def test_a_network_with_a_lever_is_passive(network, at):
     assert float(nodal_value(network, complex(*at)).real) > 0
 
 
+@settings(max_examples=8)
 @given(trees(25, least=25))
 def test_twenty_five_elements(network):
     assert nodal_admittance(network) == network.admittance()

@@ -154,7 +154,7 @@ def test_float_values_come_back_as_they_went_in(network):
 
 def test_a_missing_value_is_named():
     for ask in (Parallel.admittance, nodal_admittance, lambda network: network(1j)):
-        with pytest.raises(BadDevice, match="The damper c.* has no value yet"):
+        with pytest.raises(BadDevice, match=r"The damper c.* has no value yet"):
             ask(parse("k=1 | c2"))
 
 
@@ -169,6 +169,9 @@ def test_what_is_no_network_is_refused():
 
 def test_depth_is_limited():
     network = K
+    for _ in range(99):
+        network = C | (K + network)
+    assert network.depth == 199
+    assert network.admittance()(1.0) == pytest.approx(network(1.0).real)
     with pytest.raises(BadDevice, match="nested more than 200 levels"):
-        for _ in range(200):
-            network = C | (K + network)
+        _ = C | (K + network)

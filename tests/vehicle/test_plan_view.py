@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from tests import published
-from tests.vehicle import naive
 
 from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import layout, problem
 from posreal.errors import Infeasible
 from posreal.vehicle import PlanView, covariance, metrics, simulation
 from posreal.vehicle.plan_view import lateral_track_filter
+from tests import published
+from tests.vehicle import naive
 
 VEHICLE = PlanView()
 DEFAULT = Rational.spring(VEHICLE.Ksy) | Rational.damper(VEHICLE.Csy)

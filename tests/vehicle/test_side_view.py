@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from tests import published
-from tests.vehicle import naive
 
 from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import layout, optimise, problem
 from posreal.vehicle import SideView, covariance, metrics, simulation
+from tests import published
+from tests.vehicle import naive
 
 VEHICLE = SideView()
 BARE = VEHICLE.airspring()
@@ -82,7 +83,7 @@ def test_ride_three_ways(output, damping):
         return loop.density * abs(loop.response(np.array([omega]), output)[0]) ** 2
 
     edges = np.concatenate([np.linspace(40 * math.pi, 900, 40), np.geomspace(1000, 1e5, 30)])
-    above = sum(quad(density, a, b, limit=200)[0] for a, b in zip(edges, edges[1:], strict=False))
+    above = sum(quad(density, a, b, limit=200)[0] for a, b in itertools.pairwise(edges))
     assert to_20_hz**2 + above == pytest.approx(whole**2, rel=2e-5)
     simulated, error = simulation.monte_carlo(loop, output, seed=7, duration=1500)
     assert abs(simulated - whole) < 4 * error
@@ -117,7 +118,7 @@ def test_running_onto_a_slope_ends_without_deflection():
 
 
 def test_overall_deflection_falls_as_the_text_says():
-    """Section 4: 4-8 % front, 10-14 % rear; S7, whose printed figures also stand apart, goes beyond with peak + 3 r.m.s."""
+    """Section 4: 4-8 % front, 10-14 % rear over the layouts; with peak + 3 r.m.s. S7 goes beyond."""
     posed = problem("vertical-comfort")
     for name in ("S4", "S5"):
         design = optimise(posed, layout(name), starts=2)
@@ -142,4 +143,4 @@ def _above(loop) -> float:
     def density(omega: float) -> float:
         return loop.density * abs(loop.response(np.array([omega]), "acceleration_M")[0]) ** 2
 
-    return sum(quad(density, a, b, limit=200)[0] for a, b in zip(edges, edges[1:], strict=False))
+    return sum(quad(density, a, b, limit=200)[0] for a, b in itertools.pairwise(edges))

@@ -120,7 +120,9 @@ def iterate(
     for _ in range(settings.iterations):
         if radius < settings.smallest_radius or quiet == 2:
             break
-        proposal, promised = _step(plant, best, value * slope(best), sectors, radius, settings.solver_iterations)
+        proposal, promised = _step(
+            plant, best, value * slope(best), sectors, radius, settings.solver_iterations
+        )
         new = math.inf if proposal is None else measure(proposal)
         if proposal is None or not new < value:
             radius, refused = radius / 4, refused + 1
@@ -183,7 +185,9 @@ def _step(
     step = _stacked(outcome.unknowns) - _stacked(here)
     before = float(point.trace({"X": point.X}))
     after = float(point.trace(outcome.unknowns) + step @ correction + step @ curvature @ step)
-    return factored(StateSpace(*(outcome.unknowns[name] for name in DEVICE))), math.sqrt(max(before, 0.0)) - math.sqrt(max(after, 0.0))
+    return factored(StateSpace(*(outcome.unknowns[name] for name in DEVICE))), math.sqrt(
+        max(before, 0.0)
+    ) - math.sqrt(max(after, 0.0))
 
 
 @dataclass(frozen=True)
@@ -206,7 +210,9 @@ class _Point:
         A, C = plant.closed(*(device[name] for name in DEVICE))
         B = np.vstack([plant.Bw, np.zeros((len(A) - len(plant.A), plant.Bw.shape[1]))])
         seen = C.T @ C
-        T = cholesky(solve_continuous_lyapunov(A.T, -(seen + SEEN * np.trace(seen) / len(A) * np.eye(len(A)))))
+        T = cholesky(
+            solve_continuous_lyapunov(A.T, -(seen + SEEN * np.trace(seen) / len(A) * np.eye(len(A))))
+        )
         A, C = T @ np.linalg.solve(T.T, A.T).T, np.linalg.solve(T.T, C.T).T
         return cls(plant, T, A, T @ B, C, solve_continuous_lyapunov(A.T, -C.T @ C))
 
@@ -232,7 +238,9 @@ class _Point:
         2 trace Y (X dA + Cᵀ dC).
         """
         sizes = [device[name].size for name in DEVICE]
-        probes = np.split(np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1)
+        probes = np.split(
+            np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1
+        )
         A, C = self.closed(
             {name: probe.reshape(-1, *device[name].shape) for name, probe in zip(DEVICE, probes, strict=True)}
         )
@@ -273,7 +281,9 @@ class _Tangent:
         """The sector inequality with X·Acl linearised here."""
         A, _ = self.plant.closed(*(u[part] for part in DEVICE))
         A = np.linalg.solve(self.T, A @ self.T)
-        return inequalities.sector(inequalities.linearised(u[name], A, np.eye(len(self.A)), self.A), self.damping)
+        return inequalities.sector(
+            inequalities.linearised(u[name], A, np.eye(len(self.A)), self.A), self.damping
+        )
 
 
 def _stacked(u: Unknowns) -> Real:

@@ -88,18 +88,26 @@ class Chart:
     def values_and_slopes(self, theta: Real, s: Complex) -> tuple[Complex, Complex]:
         """Y (N,) and ∂Y/∂θ (size, N) at the points s (N,)."""
         Y, x, y, L = self._states(theta, s)
-        n = self.order
         one = np.ones((1, len(s)))
-        xi, eta = np.vstack([x, one]), np.vstack([-y, one])
+        return Y, self.slopes(theta, L, s, np.vstack([x, one]), np.vstack([-y, one]))
+
+    def slopes(self, theta: Real, L: Real, s: Complex, xi: Complex, eta: Complex) -> Complex:
+        """The module's form of dY for given ξ = (x, v) and η = (−y, t), each (n + 1, N): (size, N).
+
+        With v = t = 1 and the resolvents x, y it is ∂Y/∂θ; with the device's parts of a closed loop's eigenvectors,
+        its port velocity v and the force t to which the mode answers, it is the slope of the eigenvalue s.
+        """
+        n = self.order
+        x, y, v, t = xi[:n], -eta[:n], xi[n], eta[n]
         i, j = np.tril_indices(n, -1)
         p, q = np.tril_indices(n + 1)
         forward, back = L.T @ xi, L.T @ eta
-        rows = [y[i] * x[j] - y[j] * x[i], x + y, eta[p] * forward[q] + xi[p] * back[q]]
+        rows = [y[i] * x[j] - y[j] * x[i], t * x + v * y, eta[p] * forward[q] + xi[p] * back[q]]
         if self.spring:
-            rows.append(2 * theta[-1 - self.inerter] / s[None, :])
+            rows.append((2 * theta[-1 - self.inerter] * t * v / s)[None, :])
         if self.inerter:
-            rows.append(2 * theta[-1] * s[None, :])
-        return Y, np.vstack(rows)
+            rows.append((2 * theta[-1] * t * v * s)[None, :])
+        return np.vstack(rows)
 
     def _states(self, theta: Real, s: Complex) -> tuple[Complex, Complex, Complex, Real]:
         device = self.device(theta)

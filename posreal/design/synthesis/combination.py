@@ -2,11 +2,13 @@
 
 Default combination (``method="auto"``), for order n:
 
-1. the best device of order n − 1, found the same way with few starts;
+1. the best device of order n − 1, found by 3 and 4 with few starts;
 2. the matrix inequalities (:mod:`.bmi`) from the best of a hundred drawn devices;
-3. quasi-Newton over devices that are positive real by construction (:mod:`.finish`), from what 2 reached, from 1 with
-   a weak state added, from the caller's warm devices, and from random starts on every face of the order (:mod:`.starts`);
-4. the best of them to full convergence, then few digits, exactly positive real (:mod:`.presented`).
+3. quasi-Newton over devices that are positive real by construction (:mod:`.finish`, :mod:`.constrained`), from what 2
+   reached, from 1 with a weak state added, from the caller's warm devices, and from random starts on every face of the
+   order (:mod:`.starts`); then from the best few of these, shaken;
+4. the best on each face to full convergence; of these the best, with few digits, exactly positive real
+   (:mod:`.presented`).
 
 MEASUREMENT
 """
@@ -15,8 +17,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -25,18 +28,24 @@ from posreal.admittance.device import Device, as_rational
 from posreal.design.problem import Problem
 from posreal.design.synthesis import bmi, presented
 from posreal.design.synthesis.chart import Chart
-from posreal.design.synthesis.criterion import Criterion
+from posreal.design.synthesis.constrained import finish_damped
+from posreal.design.synthesis.criterion import Candidate, Criterion
+from posreal.design.synthesis.damping import Damping
 from posreal.design.synthesis.finish import finish
-from posreal.design.synthesis.generalised_plant import generalised_plant
+from posreal.design.synthesis.generalised_plant import damped_plant, generalised_plant
 from posreal.design.synthesis.result import Step, Synthesis
 from posreal.design.synthesis.scale import Scale, reference
-from posreal.design.synthesis.starts import faces, lifted, random_starts
+from posreal.design.synthesis.starts import faces, lifted, random_starts, shaken
 from posreal.design.synthesis.storage import port_hamiltonian
 from posreal.errors import BadInput, listed
+from posreal.vehicle import PlanView
+from posreal.vehicle.metrics import SPEEDS
 
 METHODS = ("auto", "bmi", "ph")
 LARGEST_ORDER = 12
 DRAWN = 100  # devices looked at for the start of the matrix inequalities
+POOL = 4  # best starts that are shaken
+SECTOR_SPEEDS = (1.0, 55.0)  # m/s, where the damping of [Jiang2012]'s vehicle binds
 Progress = Callable[[str], None]
 
 
@@ -45,7 +54,7 @@ def synthesise(
     order: int,
     *,
     method: str = "auto",
-    starts: int = 16,
+    starts: int = 24,
     seed: int = 0,
     spring: bool = False,
     inerter: bool = False,
@@ -58,13 +67,14 @@ def synthesise(
     Parameters
     ----------
     problem : Problem
-        Its objective is a mean-square figure (``J1z_…``, ``J1``, ``J3``).
+        Its objective is a mean-square figure (``J1z_…``, ``J1``, ``J3``, ``Macc``); damping may be constrained and the
+        primary lateral suspension free.
     order : int
         McMillan degree of the device, 0 to 12.
     method : {"auto", "bmi", "ph"}
         The default combination (see the module's text), the matrix inequalities alone, or quasi-Newton alone.
     starts : int
-        Random starts of the local searches.
+        Random starts of the local searches (and as many shaken ones).
     seed : int
         Of everything random; the same seed gives the same device.
     spring, inerter : bool
@@ -90,22 +100,24 @@ def synthesise(
         If a warm device is not.
     """
     _validated(problem, order, method, starts, spring, inerter)
-    scale = reference(problem)
-    begun = _warm(warm, scale, order)
-    search = _Search(Criterion(problem, scale), np.random.default_rng(seed), progress or (lambda text: None))
     clock = time.monotonic()
+    scale = reference(problem)
+    search = _Search(Criterion(problem, scale), np.random.default_rng(seed), progress or (lambda text: None))
+    begun = _warm(warm, scale, order)
+    search.begin()
     try:
-        _search(search, order, method, starts, spring, inerter, begun, settings or bmi.Settings())
+        _run(search, order, method, starts, spring, inerter, begun, settings or bmi.Settings())
     except KeyboardInterrupt:
         search.note("interrupted: this is the best device found until then")
-    device = _present(search, scale)
-    metrics = problem.metrics(problem.mounting.port(device))
+    device = _presented(search, scale)
+    parameters = dict(search.best.parameters)
+    metrics = problem.with_vehicle(parameters).metrics(problem.mounting.port(device))
     return Synthesis(
         device=device,
         order=order,
         metrics=metrics,
         value=metrics[problem.objective].value,
-        parameters={},
+        parameters=parameters,
         history=tuple(search.history),
         starts=len(search.landed),
         agreeing=search.agreeing,
@@ -118,22 +130,81 @@ def synthesise(
 
 @dataclass
 class _Search:
-    """The best device so far, and what happened on the way to it."""
+    """The best candidate so far, and what happened on the way to it."""
 
     criterion: Criterion
     rng: np.random.Generator
     progress: Progress
-    best: PortHamiltonian | None = None
+    best: Candidate = field(init=False)
     value: float = math.inf
     history: list[Step] = field(default_factory=list)
     landed: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def offer(self, method: str, device: PortHamiltonian, value: float) -> None:
-        """Take a device if it is better than the best so far."""
-        if value < self.value:
-            self.best, self.value = device, value
+    def begin(self) -> None:
+        """Take the vehicle's default damper, or the unit one, so that there is always a device to return."""
+        vehicle, c = self.criterion.problem.vehicle, 1.0
+        if isinstance(vehicle, PlanView):
+            c = vehicle.Csy / self.criterion.scale.damper
+        damper = PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.array([[math.sqrt(c)]]))
+        self.best = Candidate(damper, self.criterion.nominal)
+        self.offer("start", self.best, self.criterion.measure(self.best))
+
+    @cached_property
+    def limit(self) -> float | None:
+        """Least damping ratio of the vehicle, where the problem has one."""
+        limits = {c.metric: c.value for c in self.criterion.problem.constraints}
+        return limits["Ldmp"] / 100 if "Ldmp" in limits else None
+
+    @cached_property
+    def damping(self) -> Damping:
+        """Damping at the speeds that the search watches."""
+        vehicle = self.criterion.problem.vehicle
+        assert isinstance(vehicle, PlanView)
+        return Damping(vehicle, self.criterion.scale, primary="Kpy" in self.criterion.problem.free)
+
+    @cached_property
+    def _everywhere(self) -> Damping:
+        return Damping(self.damping.vehicle, self.damping.scale, self.damping.primary, tuple(SPEEDS.tolist()))
+
+    def feasible(self, candidate: Candidate) -> bool:
+        """Whether the vehicle keeps its damping at every speed."""
+        if self.limit is None:
+            return True
+        return self._everywhere.least(candidate.device, candidate.parameters) >= self.limit * (1 - 1e-9)
+
+    def measure(self, candidate: Candidate) -> float:
+        """The objective; inf where a constraint is broken."""
+        return self.criterion.measure(candidate) if self.feasible(candidate) else math.inf
+
+    def offer(self, method: str, candidate: Candidate, value: float) -> None:
+        """Take a candidate if it is better than the best so far and feasible."""
+        if value < self.value and self.feasible(candidate):
+            self.best, self.value = candidate, value
             self.history.append(Step(method, value))
+
+    def improved(
+        self, chart: Chart, start: Candidate, method: str, iterations: int, tolerance: float
+    ) -> Candidate:
+        """The local optimum near a start."""
+
+        def taken(candidate: Candidate, value: float) -> None:
+            self.offer(method, candidate, value)
+
+        if self.limit is None:
+            return finish(
+                self.criterion, chart, start, iterations=iterations, tolerance=tolerance, taken=taken
+            )
+        return finish_damped(
+            self.criterion,
+            self.damping,
+            self.limit,
+            chart,
+            start,
+            iterations=iterations,
+            tolerance=tolerance / 10,
+            taken=taken,
+        )
 
     def note(self, text: str) -> None:
         """Say something in the result and on the way."""
@@ -146,7 +217,7 @@ class _Search:
         return sum(value <= self.value * 1.001 for value in self.landed)
 
 
-def _search(
+def _run(
     search: _Search,
     order: int,
     method: str,
@@ -156,53 +227,71 @@ def _search(
     warm: Sequence[PortHamiltonian],
     settings: bmi.Settings,
 ) -> None:
-    """Run the stages of the module's text, offering every improvement to `search`."""
-    damper = _damper(search)
-    below = [damper]
+    """The stages of the module's text, every improvement offered to `search`."""
+    below = search.best
+    nominal = search.criterion.nominal
     if method != "bmi":
         for lower in range(order):
-            below.append(_local(search, lower, min(starts, 6), spring, inerter, below[-1:], "lower order"))
-    begun = [*warm, *below[-1:]]
+            below = _local(search, lower, max(2, starts // 6), spring, inerter, [below], "lower order")
+    begun = [Candidate(device, nominal) for device in warm]
     if method != "ph" and order > 0:
-        begun.append(_inequalities(search, order, starts if method == "bmi" else 1, settings))
+        reached = _inequalities(search, order, min(starts, 4) if method == "bmi" else 1, settings, begun)
+        begun.append(reached)
     if method != "bmi":
-        _local(search, order, starts, spring, inerter, begun, "ph")
+        _local(search, order, starts, spring, inerter, [*begun, below], "ph")
 
 
-def _damper(search: _Search) -> PortHamiltonian:
-    """The plain damper of one unit, so that there is always a device to return."""
-    nothing = np.zeros((0, 0))
-    damper = PortHamiltonian(nothing, np.zeros((0, 1)), np.ones((1, 1)))
-    search.offer("start", damper, search.criterion.measure(damper))
-    return damper
-
-
-def _inequalities(search: _Search, order: int, starts: int, settings: bmi.Settings) -> PortHamiltonian:
+def _inequalities(
+    search: _Search, order: int, starts: int, settings: bmi.Settings, warm: Sequence[Candidate]
+) -> Candidate:
     """The matrix inequalities from the best of many drawn devices, `starts` times over."""
-    criterion = search.criterion
+    criterion, nominal = search.criterion, search.criterion.nominal
     plant = generalised_plant(criterion.problem, criterion.scale)
-    best: tuple[float, PortHamiltonian] | None = None
+    sectors = []
+    if search.limit is not None:
+        vehicle = search.damping.vehicle
+        sectors = [
+            bmi.Sector(damped_plant(vehicle.at(v), criterion.problem.mounting, criterion.scale), search.limit)
+            for v in SECTOR_SPEEDS
+        ]
+    best: tuple[float, Candidate] | None = None
     for number in range(starts):
-        drawn = [random_port_hamiltonian(order, search.rng, 1.0) for _ in range(DRAWN)]
-        start = min(drawn, key=criterion.measure)
+        start = _drawn(search, order, warm)
         search.offer("start", start, criterion.measure(start))
         outcome = bmi.iterate(
             plant,
-            start,
-            criterion.measure,
-            criterion.slope,
+            start.device,
+            lambda device: search.measure(Candidate(device, nominal)),
+            lambda device: criterion.slope(Candidate(device, nominal)),
+            sectors=sectors,
             settings=settings,
-            taken=lambda device, value: search.offer("bmi", device, value),
+            taken=lambda device, value: search.offer("bmi", Candidate(device, nominal), value),
         )
         search.landed.append(outcome.value)
         search.progress(
-            f"matrix inequalities {number + 1}: {outcome.value:.6g} in {outcome.taken} steps "
-            f"({outcome.refused} refused)"
+            f"matrix inequalities {number + 1} of {starts}: {outcome.value:.6g} after {outcome.taken} steps, "
+            f"{outcome.refused} refused"
         )
         if best is None or outcome.value < best[0]:
-            best = outcome.value, outcome.device
+            best = outcome.value, Candidate(outcome.device, nominal)
     assert best is not None
     return best[1]
+
+
+def _drawn(search: _Search, order: int, warm: Sequence[Candidate]) -> Candidate:
+    """The best feasible of many devices: drawn at random, or the start's damper with weak states added."""
+    nominal = search.criterion.nominal
+    devices = [w.device for w in warm if w.device.order == order and not w.device.k and not w.device.b]
+    if search.limit is None:
+        devices += [random_port_hamiltonian(order, search.rng, 1.0) for _ in range(DRAWN)]
+    damper = PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), _first(search))
+    coupling = 0.3
+    while True:
+        devices += [lifted(damper, order, search.rng, coupling) for _ in range(DRAWN // 4)]
+        best = min((Candidate(device, nominal) for device in devices), key=search.measure)
+        if math.isfinite(search.measure(best)) or coupling < 1e-9:
+            return best
+        devices, coupling = [], coupling / 3
 
 
 def _local(
@@ -211,45 +300,47 @@ def _local(
     starts: int,
     spring: bool,
     inerter: bool,
-    begun: Sequence[PortHamiltonian],
+    begun: Sequence[Candidate],
     method: str,
-) -> PortHamiltonian:
-    """Quasi-Newton from given devices and random ones; the best is polished to full convergence."""
-    criterion = search.criterion
+) -> Candidate:
+    """Quasi-Newton from given candidates, random ones, and the best of these shaken; then to full convergence."""
     charts = faces(order, spring=spring, inerter=inerter)
-    pairs = [(_fitting(charts, device), device) for device in begun]
-    # a weak state more than a device of lower order has
-    pairs = [
-        (chart, device if device.order == chart.order else lifted(device, chart.order, search.rng))
-        for chart, device in pairs
-    ]
+    found: list[tuple[float, Chart, Candidate]] = []
+
+    def run(chart: Chart, start: Candidate) -> float:
+        candidate = search.improved(chart, start, method, 150, 1e-6)
+        value = search.measure(candidate)
+        if not found or value < min(found, key=_value)[0]:
+            search.progress(f"order {order}, {len(found) + 1} starts: {value:.6g}")
+        found.append((value, chart, candidate))
+        return value
+
+    for start in begun:
+        chart = _fitting(charts, start.device)
+        run(chart, Candidate(lifted(start.device, chart.order, search.rng), start.parameters))
     random = random_starts(charts, search.rng)
-    pairs += [next(random) for _ in range(starts)]
-    best: tuple[float, Chart, PortHamiltonian] | None = None
-    for number, (chart, start) in enumerate(pairs, 1):
-        device, value = finish(
-            criterion,
-            chart,
-            start,
-            iterations=150,
-            tolerance=1e-6,
-            taken=lambda device, value: search.offer(method, device, value),
-        )
+    for _ in range(starts):
+        chart, device = next(random)
+        value = run(chart, Candidate(device, search.criterion.nominal))
         if method == "ph":
             search.landed.append(value)
-        if best is None or value < best[0]:
-            best = value, chart, device
-            search.progress(f"order {order}, start {number} of {len(pairs)}: {value:.6g}")
-    assert best is not None
-    device, value = finish(
-        criterion,
-        best[1],
-        best[2],
-        iterations=1000,
-        tolerance=1e-10,
-        taken=lambda device, value: search.offer(method, device, value),
-    )
-    return device
+    pool = sorted(found, key=_value)[:POOL]
+    for number in range(starts if order else 0):
+        _, chart, candidate = pool[number % len(pool)]
+        value = run(chart, Candidate(shaken(chart, candidate.device, search.rng), candidate.parameters))
+        if value < pool[number % len(pool)][0]:
+            pool[number % len(pool)] = found[-1]
+    for chart in charts:
+        here = [entry for entry in found if entry[1] == chart]
+        if here:
+            _, _, candidate = min(here, key=_value)
+            candidate = search.improved(chart, candidate, method, 1000, 1e-10)
+            found.append((search.measure(candidate), chart, candidate))
+    return min(found, key=_value)[2]
+
+
+def _value(entry: tuple[float, Chart, Candidate]) -> float:
+    return entry[0]
 
 
 def _fitting(charts: Sequence[Chart], device: PortHamiltonian) -> Chart:
@@ -260,39 +351,55 @@ def _fitting(charts: Sequence[Chart], device: PortHamiltonian) -> Chart:
     raise BadInput(f"a start of order {device.order} does not fit order {charts[0].order}")
 
 
+def _first(search: _Search) -> np.ndarray:
+    """L of the start's damper."""
+    vehicle = search.criterion.problem.vehicle
+    c = vehicle.Csy / search.criterion.scale.damper if isinstance(vehicle, PlanView) else 1.0
+    return np.array([[math.sqrt(c)]])
+
+
 def _warm(devices: Sequence[Device], scale: Scale, order: int) -> list[PortHamiltonian]:
     found = []
     for device in devices:
         Y = require(as_rational(device))
         if Y.degree > order:
-            raise BadInput(f"a warm start has degree {Y.degree}; ask for at least that order, or leave it out")
-        if Y.is_zero():
-            continue
-        form = port_hamiltonian(scale.from_admittance(Y))
+            raise BadInput(
+                f"a warm start has degree {Y.degree}; ask for at least that order, or leave it out"
+            )
+        form = None if Y.is_zero() else port_hamiltonian(scale.from_admittance(Y))
         if form is not None:
             found.append(form)
     return found
 
 
-def _present(search: _Search, scale: Scale) -> Rational:
+def _presented(search: _Search, scale: Scale) -> Rational:
     """The best device as a tidy exact admittance."""
-    assert search.best is not None
-    criterion = search.criterion
-    limit = search.value * (1 + 1e-9)
+    criterion, parameters = search.criterion, search.best.parameters
 
     def acceptable(H: Rational) -> bool:
-        return criterion.value_and_slope(np.asarray(H(criterion.s)))[0] <= limit
+        value = criterion.value_and_slope(np.asarray(H(criterion.s)), parameters)[0]
+        return value <= search.value * (1 + 1e-9) and not _breaks(
+            criterion.problem, scale.admittance(H), parameters
+        )
 
-    H = presented.tidy(search.best.rational(), acceptable)
+    H = presented.tidy(search.best.device.rational(), acceptable)
     Y, note = presented.rounded(scale.admittance(H))
     if note:
         search.note(note)
     return Y
 
 
+def _breaks(problem: Problem, Y: Rational, parameters: Mapping[str, float]) -> bool:
+    """Whether a device breaks a constraint, by the problem's own metrics."""
+    changed = problem.with_vehicle(parameters)
+    return bool(problem.constraints) and bool(changed.violated(changed.metrics(problem.mounting.port(Y))))
+
+
 def _validated(problem: Problem, order: int, method: str, starts: int, spring: bool, inerter: bool) -> None:
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= LARGEST_ORDER:
-        raise BadInput(f"order {order!r} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}")
+        raise BadInput(
+            f"order {order!r} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}"
+        )
     if method not in METHODS:
         raise BadInput(f"unknown method {method!r}; the methods are {listed(METHODS)}")
     if starts < 1:
@@ -303,4 +410,6 @@ def _validated(problem: Problem, order: int, method: str, starts: int, spring: b
             "optimise a layout instead"
         )
     if (spring or inerter) and problem.mounting.behind is not None:
-        raise BadInput("a spring or inerter cannot be added behind a bush; ask for the next order, which has it")
+        raise BadInput(
+            "a spring or inerter cannot be added behind a bush; ask for the next order, which has it"
+        )

@@ -6,9 +6,8 @@ kb; :class:`posreal.design.objective.MeanSquare` gives J and dJ/dY there.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +24,14 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
+class Candidate:
+    """A scaled device, and the vehicle parameters that the problem leaves free."""
+
+    device: PortHamiltonian
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Criterion:
     """The mean-square objective of a problem for scaled devices."""
 
@@ -35,6 +42,11 @@ class Criterion:
     def figure(self) -> MeanSquare:
         """The objective on its quadrature grid."""
         return mean_square(self.problem, primary_open="Kpy" in self.problem.free)
+
+    @cached_property
+    def nominal(self) -> dict[str, float]:
+        """The free parameters at the vehicle's own values."""
+        return {name: float(getattr(self.problem.vehicle, name)) for name in self.problem.free}
 
     @cached_property
     def s(self) -> Complex:
@@ -71,8 +83,7 @@ class Criterion:
             inner, slope = c0 * H, np.full_like(H, c0)
         port = {"secondary": self._beside + inner}
         if "Kpy" in self.problem.free:
-            vehicle = self.problem.vehicle
-            values = primary or {name: getattr(vehicle, name) for name in ("Kpy", "Cpy")}
+            values = primary or self.nominal
             port["primary"] = values["Kpy"] / self.figure.s + values["Cpy"]
         J, slopes = self.figure.value_and_slopes(port)
         extra = {}
@@ -81,18 +92,14 @@ class Criterion:
             extra = {"Kpy": float((g / self.figure.s).real.sum()), "Cpy": float(g.real.sum())}
         return J, slopes["secondary"] * slope, extra
 
-    def measure(self, device: PortHamiltonian) -> float:
-        """J of a device, unconstrained."""
-        return self.value_and_slope(np.asarray(device(self.s)))[0]
+    def measure(self, candidate: Candidate) -> float:
+        """J of a candidate, whatever the constraints."""
+        return self.value_and_slope(np.asarray(candidate.device(self.s)), candidate.parameters)[0]
 
-    def slope(self, device: PortHamiltonian) -> Real:
+    def slope(self, candidate: Candidate) -> Real:
         """∂J/∂(A, B, C, D) of a device, stacked row by row: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""
-        form = device.state_space()
+        form = candidate.device.state_space()
         x, y = resolvent(form.A, form.B[:, 0], form.C[0], self.s)
-        _, g, _ = self.value_and_slope(np.asarray(form(self.s)))
+        _, g, _ = self.value_and_slope(np.asarray(form(self.s)), candidate.parameters)
         parts = [(y * g) @ x.T, y @ g, x @ g, g.sum()]
         return np.concatenate([np.ravel(part.real) for part in parts])
-
-    def on(self, values: Mapping[str, float]) -> Criterion:
-        """The same criterion on a vehicle with some parameters changed, the grid's unknowns no longer free."""
-        return dataclasses.replace(self, problem=dataclasses.replace(self.problem.with_vehicle(values), free={}))

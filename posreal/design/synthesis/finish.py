@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from posreal.admittance import PortHamiltonian
 from posreal.design.synthesis.chart import Chart
-from posreal.design.synthesis.criterion import Criterion
+from posreal.design.synthesis.criterion import Candidate, Criterion
 
 Real = NDArray[np.float64]
 
@@ -24,12 +23,12 @@ Real = NDArray[np.float64]
 def finish(
     criterion: Criterion,
     chart: Chart,
-    start: PortHamiltonian,
+    start: Candidate,
     *,
     iterations: int = 500,
     tolerance: float = 1e-9,
-    taken: Callable[[PortHamiltonian, float], None] = lambda device, value: None,
-) -> tuple[PortHamiltonian, float]:
+    taken: Callable[[Candidate, float], None] = lambda candidate, value: None,
+) -> Candidate:
     """Improve a device to a local optimum.
 
     Parameters
@@ -37,20 +36,20 @@ def finish(
     criterion : Criterion
     chart : Chart
         Order, and whether a spring and an inerter may stand beside the device.
-    start : PortHamiltonian
-        Of at most the chart's order.
+    start : Candidate
+        Its device of at most the chart's order.
     iterations : int
     tolerance : float
         Relative slope of J at which to stop.
-    taken : function of device and value
+    taken : function of candidate and value
         Called after each step that improved.
 
     Returns
     -------
-    device, value
-        Never above the start's value.
+    Candidate
+        Its value is never above the start's.
     """
-    theta0 = chart.vector(start)
+    theta0 = chart.vector(start.device)
     unit, _, _ = criterion.value_and_slope(chart.values(theta0, criterion.s))
 
     def relative(theta: Real) -> tuple[float, Real]:
@@ -66,7 +65,7 @@ def finish(
         value, theta = float(intermediate_result.fun), intermediate_result.x  # type: ignore[attr-defined]
         if value < best[0][0]:
             best[0] = (value, np.array(theta))
-            taken(chart.device(theta), value * unit)
+            taken(Candidate(chart.device(theta)), value * unit)
 
     with np.errstate(all="ignore"):
         minimize(
@@ -77,5 +76,4 @@ def finish(
             callback=after,
             options={"maxiter": iterations, "gtol": tolerance},
         )
-    value, theta = best[0]
-    return chart.device(theta), value * unit
+    return Candidate(chart.device(best[0][1]))

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, solve_continuous_lyapunov, svd
+from scipy.linalg import solve_continuous_lyapunov, svd
 
 from posreal.admittance import Rational, state_space
 from posreal.design.problem import Mounting, Problem
@@ -130,6 +130,14 @@ def generalised_plant(
     return opened.scaled(scale, gain).reduced(tolerance)
 
 
+def damped_plant(
+    vehicle: PlanView, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6
+) -> GeneralisedPlant:
+    """The vehicle at its speed without track filter and delays, for the damping of its poles."""
+    opened = mounted(vehicle.random_track(), 0, mounting)
+    return opened.scaled(scale, 1.0).reduced(tolerance)
+
+
 def mounted(plant: Plant, output: int, mounting: Mounting) -> GeneralisedPlant:
     """The vehicle in SI units with what stands beside and behind the device as part of it."""
     p, n = plant.Cv.shape
@@ -153,7 +161,9 @@ def mounted(plant: Plant, output: int, mounting: Mounting) -> GeneralisedPlant:
         return GeneralisedPlant(A, Bw, Bf, Cz, Dzf, Cv)
     bush = mounting.behind
     if bush != Rational.spring(bush.static_stiffness):
-        raise BadInput("the matrix inequalities take a spring behind the device and nothing else; use method='ph'")
+        raise BadInput(
+            "the matrix inequalities take a spring behind the device and nothing else; use method='ph'"
+        )
     k, n = float(bush.static_stiffness), len(A)
     return GeneralisedPlant(
         np.block([[A, k * Bf], [Cv, np.zeros((p, p))]]),
@@ -218,7 +228,9 @@ def _performance(problem: Problem) -> tuple[Plant, str, float]:
             return side.track(), f"acceleration_{problem.objective[-1]}", 100 / side.g
         case QuarterCar() as quarter:
             return quarter.road(), "acceleration" if problem.objective == "J1" else "tyre_force", 1.0
-    raise BadInput(f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else")
+    raise BadInput(
+        f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else"
+    )
 
 
 def _repeated(block: Real, copies: int) -> Real:
@@ -239,6 +251,3 @@ def _root(gramian: Real) -> Real:
     """A factor of a positive semidefinite matrix, rounding errors below zero cut off."""
     values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
     return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
-
-
-__all__ = ["GeneralisedPlant", "block_diag", "delay_chain", "generalised_plant", "mounted"]

@@ -35,15 +35,22 @@ def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
     return tuple(found)
 
 
-def random_starts(charts: tuple[Chart, ...], rng: np.random.Generator) -> Iterator[tuple[Chart, PortHamiltonian]]:
+def random_starts(
+    charts: tuple[Chart, ...], rng: np.random.Generator
+) -> Iterator[tuple[Chart, PortHamiltonian]]:
     """Random devices on every face in turn, without end."""
     for decades in cycle(DECADES):
         for chart in charts:
             device = random_port_hamiltonian(chart.order, rng, decades)
-            yield chart, PortHamiltonian(device.J, device.G, device.L, 1.0 * chart.spring, 1.0 * chart.inerter)
+            yield (
+                chart,
+                PortHamiltonian(device.J, device.G, device.L, 1.0 * chart.spring, 1.0 * chart.inerter),
+            )
 
 
-def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1) -> PortHamiltonian:
+def lifted(
+    device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1
+) -> PortHamiltonian:
     """The device with as many more states, each weakly coupled to the rest and to the port."""
     n, m = order, device.order
     rates = 10.0 ** rng.uniform(-1, 1, n - m)
@@ -56,3 +63,12 @@ def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupli
     J[m:, :m] = coupling * rng.standard_normal((n - m, m))
     J[:m, m:] = -J[m:, :m].T
     return PortHamiltonian(J, G, L, device.k, device.b)
+
+
+def shaken(
+    chart: Chart, device: PortHamiltonian, rng: np.random.Generator, strength: float = 0.4
+) -> PortHamiltonian:
+    """A device with every number of its chart multiplied by a random factor and moved a little."""
+    theta = chart.vector(device)
+    factor = np.exp(strength * rng.standard_normal(len(theta)))
+    return chart.device(theta * factor + 0.1 * strength * rng.standard_normal(len(theta)))

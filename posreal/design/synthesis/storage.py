@@ -26,7 +26,9 @@ def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
     n = form.order
     if n == 0:
         D = max(float(form.D[0, 0]), 0.0)
-        return PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b)
+        return PortHamiltonian(
+            np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b
+        )
     outcome = minimise(
         {"P": Shape(n, n, symmetric=True)},
         lambda u: np.trace(u["P"], axis1=-2, axis2=-1),

@@ -1,0 +1,107 @@
+"""The smallest network that is close enough, within values that can be built.
+
+Series–parallel networks and five-element bridges are fitted in order of size,
+
+    min over values of  max |Y_network(jω)/Y(jω) − 1|  over a band,
+
+and the first size that meets the tolerance wins, the best fit among it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from posreal.admittance import Rational
+from posreal.admittance.exact import rounded, to_fmpq, to_fraction
+from posreal.errors import BadInput, Infeasible
+from posreal.network import Element, Network
+from posreal.realise.candidates import bridges, build, forms
+from posreal.realise.elements import revalued
+from posreal.realise.fit import Limits, fitted
+from posreal.realise.proof import corners
+
+LARGEST = 5  # elements
+POINTS = 40  # frequencies a decade or fewer, over the band
+SCREEN = 2  # starts in the first round; the best few are tried again
+
+
+def close_network(
+    y: Rational,
+    tolerance: float,
+    band: tuple[float, float] | None = None,
+    limits: Limits | None = None,
+    largest: int = LARGEST,
+    seed: int = 0,
+) -> tuple[Network, float]:
+    """The smallest network found within a relative tolerance, and its largest misfit over the band.
+
+    Parameters
+    ----------
+    y : Rational
+        The device.
+    tolerance : float
+        Largest |Y_network/Y − 1| allowed.
+    band : (float, float), optional
+        In rad/s; from a decade under the lowest corner of Y to one over the highest if not given.
+    limits : Limits, optional
+        Values that can be built.
+    largest : int
+        Elements at most; six take minutes.
+
+    Raises
+    ------
+    Infeasible
+        If no network of that size is close enough, with the best misfit found.
+    BadInput
+        For a tolerance or band that makes no sense.
+    """
+    low, high = band or (corners(y)[0] * 10, corners(y)[1] / 10)
+    if not 0 < tolerance < 1:
+        raise BadInput(f"A tolerance of {tolerance:g} makes no sense; give a part of |Y| between 0 and 1.")
+    if not 0 < low < high < np.inf:
+        raise BadInput(f"The band {low:g} to {high:g} rad/s makes no sense; give 0 < low < high.")
+    omega = np.geomspace(low, high, POINTS)
+    best = np.inf
+    for size in range(1, largest + 1):
+        screened: list[tuple[float, int, Network]] = []
+        for topology in _topologies(size):
+            network, misfit = fitted(
+                topology, y, omega, limits=limits, starts=SCREEN, seed=seed, enough=tolerance
+            )
+            screened.append((misfit, len(screened), network))
+        for misfit, _, network in sorted(screened)[:5]:
+            again = fitted(network, y, omega, limits=limits, starts=6, seed=seed + 1)
+            misfit, network = min((misfit, network), again[::-1], key=lambda pair: pair[0])
+            best = min(best, misfit)
+            if misfit <= tolerance and (limits is None or limits.broken_by(network) is None):
+                return _shortened(network, y, omega, max(misfit * 1.01, tolerance / 10))
+    raise Infeasible(
+        f"No network of up to {largest} elements is within {tolerance:g} of the device; the best found is "
+        f"off by {best:.2g}, so allow more elements or a larger tolerance."
+    )
+
+
+def _topologies(size: int) -> Iterator[Network]:
+    yield from map(build, forms(size))
+    if size == 5:
+        for stores in range(1, 5):
+            yield from bridges(stores)
+
+
+def _shortened(network: Network, y: Rational, omega: np.ndarray, allowed: float) -> tuple[Network, float]:
+    """The fewest significant digits that keep the misfit."""
+    s = 1j * omega
+    for digits in (3, 4, 5, 6, 8, 17):
+        short = revalued(network, partial(_rounded, digits))
+        misfit = float(np.max(np.abs(short(s) / y(s) - 1)))
+        if misfit <= allowed:
+            return short, misfit
+    return network, float(np.max(np.abs(network(s) / y(s) - 1)))
+
+
+def _rounded(digits: int, part: Element) -> Fraction:
+    return to_fraction(rounded(to_fmpq(part.exact), digits))

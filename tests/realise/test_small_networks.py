@@ -1,0 +1,192 @@
+"""Fewest elements: the Reza–Pantell–Fialkow–Gerst bridge, biquadratics, and networks that are close enough."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from posreal.admittance import Rational, check, is_positive_real, parse_rational, random_port_hamiltonian
+from posreal.errors import BadInput, Infeasible
+from posreal.network import Network, nodal_admittance, parse
+from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise
+from posreal.realise.candidates import build, device_orders, end_orders, forms
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@pytest.mark.parametrize("text", ["(s^2+s+1)/(s^2+s+4)", "(s^2+s+4)/(s^2+s+1)", "5*(s^2+3*s+9)/(s^2+3*s+36)"])
+def test_minimum_functions_take_seven_elements(text):
+    y = parse_rational(text)
+    assert check(y).minimum_function
+    result = realise(y, "reza-pantell")
+    assert (result.springs + result.inerters, result.dampers, result.levers) == (5, 2, 0)
+    assert nodal_admittance(result.network) == y
+    assert realise(y).method == "reza-pantell"
+
+
+@settings(deadline=None, max_examples=15)
+@given(st.integers(2, 6), seeds)
+def test_one_storing_element_less_than_bott_and_duffin_a_cycle(order, seed):
+    y = random_port_hamiltonian(order, np.random.default_rng(seed)).rational()
+    bridges, series = realise(y, "reza-pantell"), realise(y, "bott-duffin")
+    assert bridges.residual < 1e-9
+    assert all(part.exact > 0 for part in bridges.network.elements())
+    assert bridges.dampers == series.dampers
+    cycles = str(bridges.network).count("{")
+    assert series.springs + series.inerters - bridges.springs - bridges.inerters >= cycles
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.integers(1, 40), min_size=6, max_size=6))
+def test_regular_biquadratics_take_two_storing_elements_and_three_dampers(c):
+    y = Rational(c[:3], c[3:])
+    verdict = check(y)
+    if not verdict or y.degree != 2 or not verdict.regular:
+        return
+    result = realise(y, "biquadratic")
+    assert result.residual < 1e-9
+    assert result.springs + result.inerters == 2
+    assert result.dampers <= 3
+    assert result.levers == 0
+
+
+@pytest.mark.parametrize("g", ["0.1", "0.2", "5/2", "4"])
+def test_a_series_parallel_quartet_reaches_a_non_regular_biquadratic(g):
+    # poles −1, −2 of the first branch and −1 of the second: the common one is counted once
+    network = parse(f"(b1=1 | c1=3) + k=2 | b2={g} + c2={g}")
+    y = network.admittance()
+    assert y.degree == 2
+    result = realise(y, "biquadratic")
+    assert len(result.network) <= 5
+    assert result.residual < 1e-12
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{1-2: b=2, 1-3: c=0.3, 2-3: k=5, 2-0: c=0.7, 3-0: c=11}",
+        "{1-2: c=4, 1-3: c=0.2, 2-3: b=1.5, 2-0: c=30, 3-0: k=2}",
+    ],
+)
+def test_bridges_come_back_with_five_elements(text):
+    y = parse(text).admittance()
+    result = realise(y, "biquadratic")
+    assert len(result.network) == 5
+    assert result.residual < 1e-12
+    assert len(realise(y).network) == 5
+
+
+def test_a_non_regular_bridge_is_found():
+    found = 0
+    rng = np.random.default_rng(5)
+    shape = parse("{1-2: b, 1-3: c1, 2-3: k, 2-0: c2, 3-0: c3}")
+    while found < 3:
+        values = [Fraction(float(v)).limit_denominator(1000) for v in 10 ** rng.uniform(-1.5, 1.5, 5)]
+        network = shape.with_values(dict(zip(shape.names, values, strict=True)))
+        y = network.admittance()
+        if check(y).regular is False:
+            result = realise(y, "biquadratic")
+            assert len(result.network) == 5
+            assert result.springs + result.inerters == 2
+            assert result.residual < 1e-12
+            found += 1
+
+
+def test_what_the_biquadratic_method_refuses():
+    with pytest.raises(DoesNotApply, match="degree 3"):
+        realise("1/(s+1) + 1/(s+2) + 1/(s+3)", "biquadratic")
+    with pytest.raises(DoesNotApply, match="reza-pantell"):
+        realise("(s^2+s+1)/(s^2+s+4)", "biquadratic")
+
+
+def test_trees_are_counted_right_and_behave_at_the_ends_as_they_say():
+    assert [len(set(forms(n))) for n in range(1, 7)] == [3, 6, 20, 90, 432, 2202]
+    assert all(len(forms(n)) == len(set(forms(n))) for n in range(1, 7))
+    for form in forms(4):
+        network = build(form)
+        valued: Network = network.with_values({name: i + 2 for i, name in enumerate(network.names)})
+        assert end_orders(form) == device_orders(valued.admittance())
+
+
+def test_a_close_network_is_smaller():
+    y = parse("(k=2e5 | (c=2e4 + b=300)) + k=5e7").admittance()
+    exact = realise(y)
+    close = realise(y, tolerance=0.05, band=(0.1, 100.0), largest=3)
+    assert len(close.network) < len(exact.network)
+    omega = np.geomspace(0.1, 100, 500)
+    misfit = np.max(np.abs(close.network(1j * omega) / y(1j * omega) - 1))
+    assert misfit <= 0.05
+    assert close.misfit == pytest.approx(misfit, rel=0.2)
+    assert "differs" in close.notes[0]
+    assert close.check().residual < 1e-9
+
+
+def test_a_hopeless_tolerance_gives_the_device_itself():
+    y = parse("(k=2 | (c=2 + b=3)) + k=5").admittance()
+    result = realise(y, tolerance=1e-6, largest=2)
+    assert (result.misfit, result.target) == (0, y)
+    with pytest.raises(BadInput, match="tolerance of 2"):
+        realise(y, tolerance=2.0)
+    with pytest.raises(BadInput, match="band"):
+        realise(y, tolerance=0.1, band=(3.0, 1.0))
+
+
+def test_limits_reject_what_cannot_be_built():
+    y = parse_rational("(s+1)*(s+3)/((s+2)*(s+5))")
+    every = Limits(b_min=0.15)
+    result = realise(y, limits=every)
+    assert all(float(part.exact) >= 0.15 for part in result.network.elements() if part.letter == "b")
+    with pytest.raises(Infeasible, match="outside"):
+        realise(y, limits=Limits(c_max=0.01))
+    with pytest.raises(BadInput, match="k_min"):
+        Limits(k_min=2, k_max=1)
+
+
+def test_limits_hold_in_close_networks():
+    y = parse_rational("100/s + 20 + 1e-6*s")
+    result = realise(y, tolerance=0.1, band=(0.1, 100.0), limits=Limits(k_max=95, b_min=0.01), largest=2)
+    assert len(result.network) == 2
+    assert all(float(part.exact) <= 95 for part in result.network.elements() if part.letter == "k")
+
+
+@pytest.mark.parametrize("way", ["parallel", "series", "projection"])
+@pytest.mark.parametrize("gap", ["0.1", "1e-3", "1e-12"])
+def test_small_misses_are_repaired_by_little(way, gap):
+    y = parse_rational(f"(s^2+s+1)/(s^2+(1-{gap})*s+4)")
+    repair = nearest_positive_real(y, way)
+    assert repair.check()
+    assert is_positive_real(repair.device)
+    assert 0 < repair.change < 3 * float(gap)
+    assert "positive real" in str(repair)
+
+
+def test_the_parallel_damper_is_the_smallest():
+    y = parse_rational("(s^2+s+1)/(s^2+0.9*s+4)")
+    repair = nearest_positive_real(y, "parallel")
+    assert repair.damper == pytest.approx(-check(y).margin)
+    assert not is_positive_real(y | Rational([Fraction(repair.damper) * Fraction(999999, 1000000)]))
+
+
+def test_the_projection_changes_less_than_a_damper():
+    y = parse_rational("(s^2+s+1)/(s^2+0.9*s+4)")
+    assert nearest_positive_real(y, "projection").change < nearest_positive_real(y, "parallel").change
+
+
+def test_poles_to_blame():
+    with pytest.raises(Infeasible, match="pole"):
+        nearest_positive_real("1/(s-1)", "parallel")
+    assert nearest_positive_real("1/(s-1)", "projection").check()
+    assert nearest_positive_real("1/(s+1)", "projection").change == 0
+    with pytest.raises(BadInput, match="magic"):
+        nearest_positive_real("1/(s-1)", "magic")
+
+
+@settings(deadline=None, max_examples=8)
+@given(st.integers(1, 5), seeds, st.floats(1e-9, 0.3))
+def test_projection_of_perturbed_devices(order, seed, size):
+    rng = np.random.default_rng(seed)
+    y = random_port_hamiltonian(order, rng).rational()
+    off = y.without(Rational([Fraction(check(y).margin * (1 + size))]))
+    assert nearest_positive_real(off, "projection").check()

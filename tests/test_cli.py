@@ -1,0 +1,223 @@
+"""The command line as a user meets it: right answers, JSON and nothing else, one sentence for bad input."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import pytest
+
+from posreal import __version__, cli
+
+
+@pytest.fixture
+def posreal(monkeypatch, capsys):
+    """Run the command in this process: ``posreal("check", "s")`` is (exit code, stdout, stderr)."""
+
+    def run(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["posreal", *words])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as leave:
+            code = int(leave.code or 0)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_it_is_installed():
+    command = os.path.join(os.path.dirname(sys.executable), "posreal")
+    run = subprocess.run([command, "--version"], capture_output=True, text=True, check=True)
+    assert run.stdout == f"posreal {__version__}\n"
+
+
+def test_help_names_every_command(posreal):
+    code, out, _ = posreal("--help")
+    assert code == 0
+    for command in (
+        "problems",
+        "layouts",
+        "evaluate",
+        "optimise",
+        "synthesise",
+        "realise",
+        "check",
+        "compare",
+    ):
+        assert command in out
+        assert posreal(command, "--help")[0] == 0
+
+
+def test_problems_and_layouts(posreal):
+    assert "vertical-comfort" in posreal("problems")[1]
+    assert json.loads(posreal("problems", "--json")[1])["problems"][0]["name"] == "lateral-comfort"
+    assert [row["name"] for row in json.loads(posreal("layouts", "--json")[1])["layouts"]][-1] == "S7"
+    drawn = posreal("layouts", "S7")[1]
+    assert "body ─┬─[ ke ]─┬─┬────[ b ]────┬─ bogie" in drawn
+    assert posreal("layouts", "S7", "--ascii")[1].split("Table")[0].replace("→", "").isascii()
+
+
+def test_evaluate_prints_every_metric(posreal):
+    code, out, err = posreal("evaluate", "lateral-comfort", "S3", "c=2.1025e4", "b=1.53e4")
+    assert (code, err) == (0, "")
+    for name in ("Macc", "J1y", "Ldmp", "max_yv", "static_stiffness"):
+        assert name in out
+    document = json.loads(posreal("evaluate", "lateral-comfort", "S3", "c=21025 N s/m", "b=15.3 t", "--json")[1])
+    assert document["problem"] == "lateral-comfort"
+    assert document["metrics"]["Macc"]["value"] == pytest.approx(0.21726, abs=1e-5)
+    assert document["metrics"]["Macc"]["unit"] == "m/s^2"
+    assert document["device"]["network"].startswith("k=245000 | ")
+
+
+@pytest.mark.parametrize("device", ["c=17965 + b=4115", "(17965*4115*s)/(17965+4115*s)", "S5 c=17965 b=4115"])
+def test_every_form_of_a_device(posreal, device):
+    words = device.split() if device.startswith("S5") else [device]
+    code, out, _ = posreal("evaluate", "vertical-comfort", *words, "--json")
+    assert code == 0
+    assert json.loads(out)["metrics"]["J1z_T"]["value"] == pytest.approx(1.96127, abs=1e-5)
+
+
+def test_a_device_from_a_file_of_json_or_text(posreal, tmp_path):
+    (tmp_path / "device.txt").write_text("c=17965 + b=4115\n")
+    plain = json.loads(posreal("evaluate", "vertical-comfort", str(tmp_path / "device.txt"), "--json")[1])
+    (tmp_path / "device.json").write_text(json.dumps(plain))
+    again = json.loads(posreal("evaluate", "vertical-comfort", str(tmp_path / "device.json"), "--json")[1])
+    assert again == plain
+
+
+def test_sweep(posreal):
+    out = posreal("evaluate", "vertical-comfort", "S5", "c=17965", "b=4115", "--sweep", "V=30:55:2", "--json")[1]
+    rows = json.loads(out)["sweep"]["rows"]
+    assert [row["value"] for row in rows] == [30.0, 55.0]
+    assert rows[1]["metrics"] == json.loads(out)["metrics"]
+    assert rows[0]["metrics"]["J1z_T"]["value"] < rows[1]["metrics"]["J1z_T"]["value"]
+
+
+def test_vehicle_file(posreal, tmp_path):
+    path = tmp_path / "light.toml"
+    path.write_text('[side-view]\nmv = "30 t"\n')
+    changed = json.loads(posreal("evaluate", "vertical-comfort", "default", "--vehicle", str(path), "--json")[1])
+    nominal = json.loads(posreal("evaluate", "vertical-comfort", "default", "--json")[1])
+    assert changed["metrics"]["J1z_M"]["value"] > nominal["metrics"]["J1z_M"]["value"]
+
+
+def test_optimise(posreal):
+    code, out, err = posreal("optimise", "vertical-comfort", "S5", "S4", "--starts", "2", "--json")
+    assert (code, err) == (0, "")
+    first, second = json.loads(out)["designs"]
+    assert first["objective"] == {"name": "J1z_T", "value": pytest.approx(1.96127, abs=1e-5), "unit": "%g"}
+    assert first["feasible"]
+    assert first["parameters"]["c"] == pytest.approx(17965, rel=1e-3)
+    assert second["label"] == "S4"
+    assert "k at its upper bound" in posreal("optimise", "vertical-comfort", "S5", "--starts", "2")[1]
+
+
+def test_check(posreal):
+    code, out, _ = posreal("check", "(s^2+s+1)/(s^2+s+4)")
+    assert code == 0
+    assert "positive real" in out
+    code, out, _ = posreal("check", "(s^2+s+1)/(s^2+0.999999999999*s+4)", "--json")
+    assert code == 1
+    assert json.loads(out)["positive_real"] is False
+    assert posreal("check", "-1/s")[0] == 1
+
+
+def test_realise(posreal):
+    code, out, _ = posreal("realise", "(s^2+s+1)/(s^2+s+4)", "--json")
+    assert code == 0
+    network = json.loads(out)["network"]
+    assert network["residual"] < 1e-9
+    assert set(network) >= {"notation", "elements", "residual", "method", "diagram"}
+    text = posreal("realise", "(s^2+s+1)/(s^2+s+4)")[1]
+    assert "body" in text
+    assert "bogie" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("evaluate", "vertical", "S5"), "unknown problem 'vertical'"),
+        (("evaluate", "vertical-comfort", "S8"), "unknown layout 'S8'"),
+        (("evaluate", "vertical-comfort", "S5", "c=1", "q=3"), "unknown parameter 'q'"),
+        (("evaluate", "vertical-comfort", "S5", "c=1"), "needs a value for b"),
+        (("evaluate", "vertical-comfort", "S5", "c=-1", "b=2"), "c is -1"),
+        (("evaluate", "vertical-comfort", "S5", "c=0", "b=2"), "c is 0"),
+        (("evaluate", "vertical-comfort", "S5", "c=nan", "b=2"), "nan"),
+        (("evaluate", "vertical-comfort", "S5", "c=inf", "b=2"), "inf"),
+        (("evaluate", "vertical-comfort", "S5", "c=3 kg", "b=2"), "kg"),
+        (("evaluate", "vertical-comfort", "S5", "c=3 furlong", "b=2"), "furlong"),
+        (("evaluate", "vertical-comfort", "S5", "c", "b=2"), "'c' is not an assignment"),
+        (("evaluate", "vertical-comfort", "k=2 | "), "up to the end"),
+        (("evaluate", "vertical-comfort", "nothing.json"), "cannot read nothing.json"),
+        (("evaluate", "lateral-comfort", "S5", "c=1", "b=1"), "S5 contains the bush"),
+        (("evaluate", "quarter-car", "S1", "c=1e3", "--stiffness", "-5"), "k (static suspension stiffness)"),
+        (("evaluate", "quarter-car", "S1", "c=1e3", "--stiffness", "5 kg"), "--stiffness"),
+        (
+            ("evaluate", "vertical-comfort", "S5", "c=1", "b=1", "--vehicle", "none.toml"),
+            "cannot read none.toml",
+        ),
+        (("evaluate", "vertical-comfort", "S5", "c=1", "b=1", "--sweep", "V=1"), "is not a range"),
+        (("evaluate", "vertical-comfort", "S5", "c=1", "b=1", "--sweep", "W=1:2:3"), "unknown parameter 'W'"),
+        (("evaluate", "vertical-comfort", "S5", "--bogus"), "no such option --bogus"),
+        (("optimise", "vertical-comfort", "S1"), "S1 contains the static spring"),
+        (("optimise", "vertical-comfort", "S5", "--jobs", "0"), "--jobs 0"),
+        (("realise", "default"), "no device by itself"),
+        (("realise", "(s+1)/(s+2)", "--method", "magic"), "magic"),
+        (("compare", "vertical-comfort", "--orders", "1,x"), "not a list of whole numbers"),
+        (("reproduce", "--figures", "/proc/nowhere/figures"), "cannot write figures"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(posreal, words, says):
+    code, out, err = posreal(*words)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("posreal: ")
+    assert says in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("evaluate", "vertical-comfort", "(s^2+s+1)/(s^2+0.9*s+4)"), "not positive real"),
+        (("evaluate", "lateral-comfort", "S1", "c=1"), "not stable"),
+        (("realise", "-s"), "not positive real"),
+    ],
+)
+def test_no_for_an_answer_is_exit_code_1(posreal, words, says):
+    code, out, err = posreal(*words)
+    assert (code, out) == (1, "")
+    assert says in err
+    assert err.count("\n") == 1
+
+
+def test_json_has_no_infinities(posreal):
+    code, out, _ = posreal("check", "s", "--json")
+    assert code == 0
+    json.loads(out, parse_constant=lambda text: pytest.fail(text))
+
+
+def test_interruption_is_not_a_traceback(posreal, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("posreal.design.problems", interrupted)
+    code, out, err = posreal("problems")
+    assert (code, out) == (130, "")
+    assert "Traceback" not in err
+
+
+def test_synthesise_gives_a_device_and_its_network(posreal):
+    code, out, err = posreal("synthesise", "vertical-comfort", "--order", "1", "--json")
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert document["design"]["objective"]["value"] <= 1.9614
+    assert document["network"]["residual"] < 1e-9
+    assert document["design"]["device"]["rational"]["numerator"]
+    assert math.isfinite(document["design"]["metrics"]["J1z_L"]["value"])

@@ -1,0 +1,37 @@
+"""Every example runs and returns the numbers it claims."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from examples import a_network_from_a_formula, best_damper_behind_a_bush, own_vehicle
+
+TESTED = {"a_network_from_a_formula", "best_damper_behind_a_bush", "own_vehicle"}
+
+
+def test_all_are_tested():
+    folder = Path(__file__).parents[1] / "examples"
+    assert {path.stem for path in folder.glob("*.py")} - {"__init__"} == TESTED
+
+
+def test_a_network_from_a_formula():
+    found = a_network_from_a_formula.main()
+    assert found["elements"] <= 8
+    assert found["residual"] < 1e-12
+    assert found["touches"] == pytest.approx(math.sqrt(2), rel=1e-12)
+    assert found["fails"] == pytest.approx(math.sqrt(2), rel=1e-3)
+
+
+def test_best_damper_behind_a_bush():
+    found = best_damper_behind_a_bush.main()
+    assert found["airspring only"] == pytest.approx(2.2202, abs=1e-4)
+    assert found["order 1"] <= 1.9614
+    assert found["order 2"] <= 1.93
+
+
+def test_own_vehicle():
+    found = own_vehicle.main()
+    assert found["S3"] < found["conventional"]
