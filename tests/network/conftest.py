@@ -4,7 +4,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile(
-    "networks", deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow]
+    "networks", deadline=None, max_examples=700, suppress_health_check=[HealthCheck.too_slow]
 )
 
 

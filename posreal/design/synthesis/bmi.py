@@ -281,9 +281,13 @@ class _Tangent:
         """The sector inequality with X·Acl linearised here."""
         A, _ = self.plant.closed(*(u[part] for part in DEVICE))
         A = np.linalg.solve(self.T, A @ self.T)
-        return inequalities.sector(
-            inequalities.linearised(u[name], A, np.eye(len(self.A)), self.A), self.damping
-        )
+        eye = np.eye(len(self.A))
+        return inequalities.sector(inequalities.linearised(u[name], A, eye, self.A), self.damping)
+
+    def near(self, u: Unknowns, name: str) -> Real:
+        """½I ⪯ X ⪯ 2I: the inequality is homogeneous in X, and a large X would hide what linearising dropped."""
+        eye = np.eye(len(self.A))
+        return inequalities.between(u[name], 0.5 * eye, 2.0 * eye)
 
 
 def _stacked(u: Unknowns) -> Real:

@@ -39,6 +39,12 @@ def sector(M: Real, damping: float) -> Real:
     return -_blocks([[both, difference], [_T(difference), both]])
 
 
+def between(X: Real, low: Real, high: Real) -> Real:
+    """low ⪯ X ⪯ high."""
+    zero = np.zeros_like(X)
+    return _blocks([[X - low, zero], [zero, high - X]])
+
+
 def linearised(X: Real, A: Real, X0: Real, A0: Real) -> Real:
     """XA ≈ X0 A + X A0 − X0 A0: the product at (X0, A0) to first order."""
     return X0 @ A + (X - X0) @ A0
