@@ -148,25 +148,36 @@ def evaluate(
         str | None,
         typer.Option(metavar="NAME=FIRST:LAST:COUNT", help="Vary a vehicle parameter, such as V=10:55:10."),
     ] = None,
+    three_ways: Annotated[
+        bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
+    ] = False,
+    seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
     """Print every metric of a device."""
     from posreal.design import metrics_to_dict, read_design
     from posreal.study.sweep import read_range
     from posreal.study.sweep import sweep as vary
+    from posreal.study.three_ways import three_ways as ride
 
     posed = _posed(problem, vehicle, position, objective, stiffness)
     over = None if sweep is None else read_range(sweep)
     design = read_design(posed, _words(device))
     varied = None if over is None else vary(design, *over)
+    ways = ride(design, seed=seed) if three_ways else None
     if as_json:
         document = {"problem": posed.name, "device": design.to_dict()["device"]}
         document["metrics"] = metrics_to_dict(design.metrics)
-        _print_json(document if varied is None else document | {"sweep": varied.to_dict()})
+        if varied is not None:
+            document["sweep"] = varied.to_dict()
+        if ways is not None:
+            document["three_ways"] = ways.to_dict()
+        _print_json(document)
         return
     _print_design(design, heading=f"{posed.name}: {' '.join(device)}")
-    if varied is not None:
-        print(f"\n{varied}")
+    for extra in (varied, ways):
+        if extra is not None:
+            print(f"\n{extra}")
 
 
 @app.command()

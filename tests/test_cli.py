@@ -98,6 +98,18 @@ def test_sweep(posreal):
     assert rows[0]["metrics"]["J1z_T"]["value"] < rows[1]["metrics"]["J1z_T"]["value"]
 
 
+@pytest.mark.parametrize(
+    "words", [("lateral-comfort", "S1", "c=2e4"), ("vertical-comfort", "default"), ("quarter-car", "S1", "c=2615")]
+)
+def test_three_ways(posreal, words):
+    out = posreal("evaluate", *words, "--three-ways", "--seed", "3", "--json")[1]
+    ways = json.loads(out)["three_ways"]
+    assert ways["by_frequency"] == pytest.approx(json.loads(out)["metrics"][ways["metric"]]["value"], rel=1e-9)
+    assert ways["by_covariance"] == pytest.approx(ways["by_frequency"], rel=4e-3)
+    assert abs(ways["simulated"] - ways["by_covariance"]) < 4 * ways["error"]
+    assert posreal("evaluate", *words, "--three-ways", "--seed", "3", "--json")[1] == out
+
+
 def test_vehicle_file(posreal, tmp_path):
     path = tmp_path / "light.toml"
     path.write_text('[side-view]\nmv = "30 t"\n')

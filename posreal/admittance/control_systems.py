@@ -33,13 +33,9 @@ def from_control(system: Any) -> Rational:
     if not is_control_system(system) or not (hasattr(system, "num") or hasattr(system, "A")):
         raise BadDevice(f"{type(system).__name__} is not a control.TransferFunction or control.StateSpace.")
     if getattr(system, "dt", None) not in (None, 0):
-        raise BadDevice(
-            f"This system is sampled (dt = {system.dt}); a device is continuous-time, so use d2c first."
-        )
+        raise BadDevice(f"This system is sampled (dt = {system.dt}); a device is continuous-time, so use d2c first.")
     if (system.ninputs, system.noutputs) != (1, 1):
-        raise BadDevice(
-            f"A device has one port; this has {system.ninputs} inputs and {system.noutputs} outputs."
-        )
+        raise BadDevice(f"A device has one port; this has {system.ninputs} inputs and {system.noutputs} outputs.")
     if hasattr(system, "A"):
         if np.asarray(system.A).size == 0:
             return Rational([np.asarray(system.D).item()])

@@ -46,11 +46,7 @@ def as_rational(device: Device) -> Rational:
         return Rational.from_dict(device)
     if isinstance(device, Real | fmpq):
         return Rational([device])  # type: ignore[list-item]
-    if (
-        isinstance(device, list | tuple)
-        and len(device) == 2
-        and all(hasattr(part, "__len__") for part in device)
-    ):
+    if isinstance(device, list | tuple) and len(device) == 2 and all(hasattr(part, "__len__") for part in device):
         return Rational(*device)
     raise BadDevice(
         f"{type(device).__name__} is not a device; give a Rational, text in s, (numerator, denominator) "

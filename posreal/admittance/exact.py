@@ -50,9 +50,7 @@ def to_fmpq(value: Number) -> fmpq:
         if number != number or number in (float("inf"), float("-inf")):
             raise BadDevice(f"{number} is not a coefficient; give finite numbers.")
         return fmpq(*number.as_integer_ratio())
-    raise BadDevice(
-        f"{value!r} is not a real number; give an integer, a float, a Fraction or text like '2.5e5'."
-    )
+    raise BadDevice(f"{value!r} is not a real number; give an integer, a float, a Fraction or text like '2.5e5'.")
 
 
 def _from_text(text: str) -> fmpq:
@@ -120,9 +118,7 @@ def polynomial(coefficients: fmpq_poly | Iterable[Number]) -> fmpq_poly:
     if isinstance(coefficients, fmpq_poly):
         return coefficients
     if isinstance(coefficients, str):
-        raise BadDevice(
-            "Coefficients are a sequence of numbers; use posreal's parse for text such as 'k/s + c'."
-        )
+        raise BadDevice("Coefficients are a sequence of numbers; use posreal's parse for text such as 'k/s + c'.")
     return fmpq_poly([to_fmpq(value) for value in coefficients])
 
 

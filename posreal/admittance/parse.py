@@ -72,18 +72,14 @@ def _tokens(text: str) -> list[_Token]:
         found.append(_Token(kind, match[kind], match.start(kind)))
         position = match.end()
         if len(found) > MOST_TOKENS:
-            raise BadDevice(
-                f"This device text has more than {MOST_TOKENS} symbols; give coefficients instead."
-            )
+            raise BadDevice(f"This device text has more than {MOST_TOKENS} symbols; give coefficients instead.")
     return [*found, _Token("end", "the end", len(text))]
 
 
 def _error(text: str, position: int, complaint: str) -> BadDevice:
     start = max(0, position - 12)
     near = ("…" if start else "") + text[start : position + 12] + ("…" if position + 12 < len(text) else "")
-    return BadDevice(
-        f"{complaint} (character {position + 1}, near {near!r}); write for example '2.5e5/s + 2e4*s'."
-    )
+    return BadDevice(f"{complaint} (character {position + 1}, near {near!r}); write for example '2.5e5/s + 2e4*s'.")
 
 
 class _Reader:

@@ -57,9 +57,7 @@ class Rational:
     ) -> None:
         n, d = exact.polynomial(numerator), exact.polynomial(denominator)
         if d.degree() < 0:
-            raise BadDevice(
-                "The denominator of an admittance is zero; give at least one nonzero coefficient."
-            )
+            raise BadDevice("The denominator of an admittance is zero; give at least one nonzero coefficient.")
         common = n.gcd(d)
         if common.degree() > 0:
             n, d = n // common, d // common
@@ -296,9 +294,7 @@ class Rational:
         try:
             numerator, denominator = data["numerator"], data.get("denominator", ["1"])
         except (KeyError, TypeError, AttributeError):
-            raise BadDevice(
-                "A device is {'numerator': [...], 'denominator': [...]} in ascending powers."
-            ) from None
+            raise BadDevice("A device is {'numerator': [...], 'denominator': [...]} in ascending powers.") from None
         if not isinstance(numerator, list | tuple) or not isinstance(denominator, list | tuple):
             raise BadDevice("A device's numerator and denominator are lists of numbers in ascending powers.")
         return cls(numerator, denominator)
@@ -324,16 +320,12 @@ def _restored(data: dict[str, Any]) -> Rational:
 def _element(quantity: str, value: Number) -> fmpq:
     number = exact.to_fmpq(value)
     if number < 0:
-        raise BadDevice(
-            f"An element cannot have a negative {quantity} ({exact.to_float(number):g}); give 0 or more."
-        )
+        raise BadDevice(f"An element cannot have a negative {quantity} ({exact.to_float(number):g}); give 0 or more.")
     return number
 
 
 def _unbounded(what: str, where: str) -> Fraction:
-    raise BadDevice(
-        f"{what} grows without limit at s = {where}, so this is no spring, damper and inerter network."
-    )
+    raise BadDevice(f"{what} grows without limit at s = {where}, so this is no spring, damper and inerter network.")
 
 
 def _mantissas(p: fmpq_poly) -> _Mantissas:

@@ -73,12 +73,7 @@ def rational(device: StateSpace) -> Rational:
         If an entry is not finite or the shapes do not fit.
     """
     n = device.order
-    if (
-        device.A.shape != (n, n)
-        or device.B.shape != (n, 1)
-        or device.C.shape != (1, n)
-        or device.D.shape != (1, 1)
-    ):
+    if device.A.shape != (n, n) or device.B.shape != (n, 1) or device.C.shape != (1, n) or device.D.shape != (1, 1):
         raise BadDevice(
             f"State-space shapes {device.A.shape}, {device.B.shape}, {device.C.shape}, {device.D.shape} "
             "do not make a one-port; give A (n, n), B (n, 1), C (1, n) and D (1, 1)."
@@ -110,11 +105,7 @@ def state_space(device: Rational) -> StateSpace:
     """
     k, b = device.static_stiffness, device.inertance
     rest = device.without(Rational([k], [0, 1])).without(Rational([0, b]))
-    D = (
-        rest.n[rest.d.degree()] / rest.d.leading_coefficient()
-        if rest.n.degree() == rest.d.degree()
-        else fmpq(0)
-    )
+    D = rest.n[rest.d.degree()] / rest.d.leading_coefficient() if rest.n.degree() == rest.d.degree() else fmpq(0)
     strict = rest.n - D * rest.d
     blocks = []
     with roots.precision(WORKING_PRECISION):

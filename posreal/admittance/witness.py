@@ -22,9 +22,7 @@ class NegativeReal:
     def __str__(self) -> str:
         rational = to_text(fmpq(self.omega.numerator, self.omega.denominator))
         size = self.value
-        value = (
-            f"{to_float(size):.6g}" if abs(size) > Fraction(1, 10**300) else "less than zero by under 1e-300"
-        )
+        value = f"{to_float(size):.6g}" if abs(size) > Fraction(1, 10**300) else "less than zero by under 1e-300"
         return f"Re Y(jω) = {value} at ω = {rational} ≈ {to_float(self.omega):.17g} rad/s"
 
 

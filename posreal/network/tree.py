@@ -213,9 +213,8 @@ class Network(ABC):
         """Y(s) in floats: a complex for a number, an array for an array; infinite at poles."""
         y = np.asarray(self.response(self._floats(), s))
         lost = ~np.isfinite(y)
-        if (
-            lost.any()
-        ):  # where a part of the network has a pole or a zero, the exact function still has a value
+        if lost.any():
+            # A part has a pole or a zero there; the exact function of the whole still has a value.
             y = y.copy()
             y[lost] = self.admittance()(np.asarray(s, dtype=complex)[lost])
         return y if y.ndim else complex(y)

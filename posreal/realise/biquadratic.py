@@ -48,14 +48,12 @@ def fewest(y: Rational, arithmetic: Long) -> Network:
     low, high = corners(y)
     omega = np.geomspace(low * 5, high / 5, POINTS)
     for form in (form for quartet in QUARTETS for form in quartet):
-        network, misfit = fitted(parse(form), y, omega, starts=6)
+        network, misfit = fitted(parse(form), y, omega, starts=12)
         if misfit < CLOSE:
             exact = sharpened(network, y)
             if exact is not None:
                 return exact
-    raise DoesNotApply(
-        "This biquadratic is not regular and no five-element network was found; use reza-pantell."
-    )
+    raise DoesNotApply("This biquadratic is not regular and no five-element network was found; use reza-pantell.")
 
 
 def _no_cycle(y: Rational, x: object, arithmetic: Long, recurse: Recurse) -> Network:

@@ -17,7 +17,7 @@ from posreal.admittance.roots import simplest_between
 from posreal.network import Element, Lever, Network
 from posreal.realise.elements import revalued
 from posreal.realise.long import Long
-from posreal.realise.proof import values_residual
+from posreal.realise.proof import branch_residual
 
 ALLOWED = 1e-12  # residual that rounding may cause
 TRIED = (17, 20, 25, 30, 40, 60, 100, 160)
@@ -28,7 +28,7 @@ def shortest(network: Network, target: Rational, arithmetic: Long) -> Network:
     snapped = revalued(network, lambda part: _plain(part.exact, arithmetic))
     for digits in TRIED:
         short = revalued(snapped, lambda part, digits=digits: _short(part, digits))  # type: ignore[misc]
-        if values_residual(short, target) <= ALLOWED:
+        if branch_residual(short, target) <= ALLOWED:
             return short
     return snapped
 
@@ -44,8 +44,6 @@ def _plain(value: Fraction, arithmetic: Long) -> Fraction:
 
 def _short(part: Element, digits: int) -> Fraction:
     value = part.exact
-    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 40 and not isinstance(
-        part, Lever
-    ):
+    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 40 and not isinstance(part, Lever):
         return value  # already short, and exact
     return to_fraction(rounded(fmpq(fmpz(value.numerator), fmpz(value.denominator)), digits))

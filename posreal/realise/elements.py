@@ -64,6 +64,4 @@ def dual(network: Network) -> Network:
         if ends == ((1, 2), (1, 3), (2, 3), (2, 0), (3, 0)):
             first, second, cross, third, fourth = (dual(part) for part in network.children)
             return Graph(((1, 2, first), (1, 3, third), (2, 3, cross), (2, 0, second), (3, 0, fourth)))
-    raise BadDevice(
-        "The dual of a network with levers, or of a graph that is not a bridge, is not formed here."
-    )
+    raise BadDevice("The dual of a network with levers, or of a graph that is not a bridge, is not formed here.")

@@ -44,9 +44,7 @@ class Limits:
         for kind in "kcb":
             low, high = self.of(kind)
             if not 0 <= low < high:
-                raise BadInput(
-                    f"{kind}_min = {low:g} and {kind}_max = {high:g} leave no value; give 0 ≤ min < max."
-                )
+                raise BadInput(f"{kind}_min = {low:g} and {kind}_max = {high:g} leave no value; give 0 ≤ min < max.")
 
     def of(self, kind: str) -> tuple[float, float]:
         """(least, greatest) for "k", "c" or "b"."""
@@ -152,9 +150,7 @@ def sharpened(network: Network, y: Rational, bits: int = 400, steps: int = 60) -
     last = np.inf
     for _ in range(steps):
         found = network.admittance()
-        residual = np.array(
-            [to_float(found.n(s) / found.d(s) / w - 1) for s, w in zip(points, wanted, strict=True)]
-        )
+        residual = np.array([to_float(found.n(s) / found.d(s) / w - 1) for s, w in zip(points, wanted, strict=True)])
         size = float(np.max(np.abs(residual)))
         if size < 1e-60:
             return network

@@ -50,13 +50,9 @@ def _legs(y: Rational, arithmetic: Long, form: str, quantity: str) -> list[Netwo
     slope = rest.d.derivative()
     for pole, power in _poles(rest, arithmetic):
         if power > 1:
-            raise DoesNotApply(
-                f"{form} needs simple poles and the {quantity} has a repeated one; use bott-duffin."
-            )
+            raise DoesNotApply(f"{form} needs simple poles and the {quantity} has a repeated one; use bott-duffin.")
         if pole is None:
-            raise DoesNotApply(
-                f"{form} needs poles on the axes and the {quantity} has complex ones; use bott-duffin."
-            )
+            raise DoesNotApply(f"{form} needs poles on the axes and the {quantity} has complex ones; use bott-duffin.")
         residue = rest.n(-pole) / slope(-pole)
         if residue > 0:
             legs.append(series(spring(residue), damper(residue / pole)))
@@ -76,6 +72,5 @@ def _poles(y: Rational, arithmetic: Long) -> list[tuple[fmpq | None, int]]:
     """(p, multiplicity) for each pole −p on the negative real axis, (None, …) for the others."""
     with roots.precision(arithmetic.bits):
         return [
-            (-roots.midpoint(root.real) if root.imag == 0 else None, power)
-            for root, power in roots.complex_roots(y.d)
+            (-roots.midpoint(root.real) if root.imag == 0 else None, power) for root, power in roots.complex_roots(y.d)
         ]

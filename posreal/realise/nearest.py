@@ -103,9 +103,7 @@ def nearest_positive_real(device: Device, way: str = "parallel") -> Repair:
         step = smallest_damper(side)
         if step is None:
             blame = "pole" if way == "parallel" else "zero"
-            raise Infeasible(
-                f"No damper in {way} repairs this device, because a {blame} is to blame; try projection."
-            )
+            raise Infeasible(f"No damper in {way} repairs this device, because a {blame} is to blame; try projection.")
         lifted = side | Rational([step])
         repaired = lifted if way == "parallel" else lifted.inverse()
         damper = to_float(step if way == "parallel" else 1 / step)
@@ -135,9 +133,7 @@ def _projected(y: Rational) -> tuple[Rational, float | None]:
     repaired = repaired.time_scaled(1 / to_fmpq(clock))
     step = fmpq(0) if is_positive_real(repaired) else smallest_damper(repaired)
     if step is None:
-        raise Infeasible(
-            "The projection did not come close to a positive-real device; check the poles and residues."
-        )
+        raise Infeasible("The projection did not come close to a positive-real device; check the poles and residues.")
     if step == 0:
         return repaired, None
     return repaired | Rational([step]), to_float(step)

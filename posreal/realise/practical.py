@@ -69,9 +69,7 @@ def close_network(
     for size in range(1, largest + 1):
         screened: list[tuple[float, int, Network]] = []
         for topology in _topologies(size):
-            network, misfit = fitted(
-                topology, y, omega, limits=limits, starts=SCREEN, seed=seed, enough=tolerance
-            )
+            network, misfit = fitted(topology, y, omega, limits=limits, starts=SCREEN, seed=seed, enough=tolerance)
             screened.append((misfit, len(screened), network))
         for misfit, _, network in sorted(screened)[:5]:
             again = fitted(network, y, omega, limits=limits, starts=6, seed=seed + 1)

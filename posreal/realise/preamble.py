@@ -77,9 +77,7 @@ class Synthesis:
         return min(networks, key=len)
 
     def _minimum_function(self, y: Rational, x: fmpq) -> Network:
-        return self.cycle(
-            Rational(self.arithmetic.cut(y.n), self.arithmetic.cut(y.d)), x, self.arithmetic, self
-        )
+        return self.cycle(Rational(self.arithmetic.cut(y.n), self.arithmetic.cut(y.d)), x, self.arithmetic, self)
 
 
 def _with_zero(rest: Rational, x: fmpq, inverted: bool) -> Rational:

@@ -9,19 +9,24 @@ to, which no common factor can hide.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
-from flint import acb, arb, fmpq, fmpq_poly
+from flint import acb, acb_mat, arb, fmpq_poly
 
 from posreal.admittance import Rational, roots
-from posreal.admittance.exact import mantissa, to_float
-from posreal.network import Network, nodal_admittance, nodal_value
+from posreal.admittance.exact import to_float, to_fmpq
+from posreal.network import Graph, Network, Parallel, Series, nodal_admittance, nodal_value
 from posreal.realise.refusal import Unproven
 
 LARGEST_RESIDUAL = 1e-9
 EXACT_UP_TO = 30  # elements
 DIGITS = 120  # for values: deep networks cancel many
 POINTS = 24  # frequencies; three points each
+FEW_POINTS = 8  # for networks of more than
+UNDAMPED = 1e-12  # damping ratio below which a resonance is sharper than element values are exact
+LARGE = 40  # elements, whose nodal matrices are large
 
 
 @dataclass(frozen=True)
@@ -84,13 +89,24 @@ def require_proof(network: Network, target: Rational, exact_up_to: int = EXACT_U
 
 def values_residual(found: Rational | Network, target: Rational) -> float:
     """The largest relative difference over points of the closed right half plane."""
+    if isinstance(found, Rational):
+        return _worst(partial(value, found), target, POINTS)
+    return _worst(partial(nodal_value, found, digits=DIGITS), target, POINTS if len(found) <= LARGE else FEW_POINTS)
+
+
+def branch_residual(found: Network, target: Rational) -> float:
+    """The same with admittances combined branch by branch: no proof, but quick for large networks."""
+    return _worst(partial(branch_value, found), target, FEW_POINTS)
+
+
+def _worst(evaluate: Callable[[acb], acb], target: Rational, count: int) -> float:
     worst = 0.0
     with roots.precision(int(DIGITS * 3.33)):
-        for s in points(target):
+        for s in points(target, count):
             wanted = value(target, s)
             if wanted.contains(0) or not wanted.is_finite():
                 continue
-            got = value(found, s) if isinstance(found, Rational) else nodal_value(found, s, DIGITS)
+            got = evaluate(s)
             worst = max(worst, float((abs(got - wanted) / abs(wanted)).upper()))
     return worst if worst > 10.0 ** (10 - DIGITS) else 0.0
 
@@ -102,11 +118,41 @@ def coefficients_residual(found: Rational, target: Rational) -> float:
     return max((to_float(abs(c) / size[k]) for k, c in enumerate(difference.coeffs()) if c != 0), default=0.0)
 
 
-def points(target: Rational) -> list[acb]:
-    """On the axis, on the bisector and on the real line, two decades beyond the corners of Y."""
+def branch_value(network: Network, s: acb) -> acb:
+    """Y(s) in ball arithmetic, by adding admittances in parallel and impedances in series."""
+    if isinstance(network, Parallel):
+        return _sum(branch_value(child, s) for child in network.children)
+    if isinstance(network, Series):
+        return 1 / _sum(1 / branch_value(child, s) for child in network.children)
+    if isinstance(network, Graph):
+        if network.levers:
+            return nodal_value(network, s, DIGITS)
+        y = [[acb(0)] * network.size for _ in range(network.size)]
+        for u, v, part in network.branches:
+            branch = branch_value(part, s)
+            for i, j, sign in ((u, u, 1), (v, v, 1), (u, v, -1), (v, u, -1)):
+                y[i][j] += sign * branch
+        held = acb_mat([row[1:] for row in y[1:]])
+        push = acb_mat(network.size - 1, 1, [acb(i == 0) for i in range(network.size - 1)])
+        return 1 / held.solve(push)[0, 0]
+    (element,) = network.elements()
+    return acb(to_fmpq(element.exact)) * s ** ("kcb".index(element.letter) - 1)
+
+
+def _sum(terms: Iterable[acb]) -> acb:
+    total = acb(0)
+    for term in terms:
+        total += term
+    return total
+
+
+def points(target: Rational, count: int = POINTS) -> list[acb]:
+    """On the axis, on the bisector and on the real line, two decades beyond the corners of Y; and its resonances."""
     low, high = corners(target)
-    steps = [low * (high / low) ** (i / (POINTS - 1)) for i in range(POINTS)]
-    return [acb(arb(w) * a, arb(w) * b) for w in steps for a, b in ((0, 1), (1, 1), (1, 0))]
+    steps = [low * (high / low) ** (i / (count - 1)) for i in range(count)]
+    spread = [acb(arb(w) * a, arb(w) * b) for w in steps for a, b in ((0, 1), (1, 1), (1, 0))]
+    damped = [root for p in (target.n, target.d) for root, _ in roots.complex_roots(p) if root.imag > 0]
+    return spread + [acb(0, abs(root)) for root in damped if abs(root.real) > abs(root) * UNDAMPED]
 
 
 def corners(target: Rational) -> tuple[float, float]:
@@ -135,9 +181,3 @@ def _at(p: fmpq_poly, s: acb) -> acb:
 
 def _sizes(p: fmpq_poly) -> fmpq_poly:
     return fmpq_poly([abs(c) for c in p.coeffs()])
-
-
-def log10(number: fmpq) -> float:
-    """log10 of a positive rational of any size."""
-    m, e = mantissa(number)
-    return math.log10(m) + e * math.log10(2)

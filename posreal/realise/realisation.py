@@ -249,15 +249,14 @@ def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...
 
 
 def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tuple[str, ...]) -> Realisation:
-    problem: PosrealError | None = None
     attempts = [Long(bits) for bits in PRECISIONS]
     if lift:  # what the lift overshoots by is no damper to build
         attempts.insert(0, Long(PRECISIONS[0], negligible=OVERSHOOT))
-    for arithmetic in attempts:
+    problem: PosrealError = Unproven(f"The method {method} was not tried.")
+    for attempt in attempts:
+        arithmetic = attempt.around(target)
         try:
-            arithmetic = arithmetic.around(target)
-            network = METHODS[method](target, arithmetic)
-            network = shortest(network, target, arithmetic)
+            network = shortest(METHODS[method](target, arithmetic), target, arithmetic)
             return Realisation(network, method, y, target, require_proof(network, target), lift, notes)
         except Unproven as failure:
             problem = failure
@@ -265,7 +264,6 @@ def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tu
             raise
         except (ArithmeticError, IndexError, BadDevice) as failure:
             problem = Unproven(f"The method {method} broke down on this device ({failure}); try another one.")
-    assert problem is not None
     raise problem
 
 

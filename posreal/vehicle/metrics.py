@@ -217,6 +217,18 @@ def quarter_car_loop(vehicle: QuarterCar, device: Rational | StateSpace) -> Clos
     return close(vehicle.road(), {"secondary": _as_state_space(device)})
 
 
+def quarter_car_by_frequency(vehicle: QuarterCar, device: Rational, output: str) -> float:
+    """R.m.s. of ``acceleration`` or ``tyre_force`` over all frequencies by quadrature, SI units."""
+    plant = vehicle.road()
+
+    def mean_square(panels: int) -> float:
+        rule = frequency.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
+        z, _ = plant.responses(rule.omega, output).closed(_secondary(device, 1j * rule.omega))
+        return rule.rms(z, plant.density) ** 2
+
+    return math.sqrt(frequency.refined(mean_square))
+
+
 def quarter_car_metrics(vehicle: QuarterCar, device: Rational) -> dict[str, Metric]:
     """J1 and J3 over the whole band, by covariance."""
     loop = quarter_car_loop(vehicle, device)

@@ -2,30 +2,30 @@
 
     minimise trace BwᵀXBw   over the device (A, B, C, D) and X,   subject to   H2, PR and sector inequalities
 
-(:mod:`.inequalities`). The device is kept in coordinates where P = I, so its PR inequality is linear and exact; only
-the products X·Acl are bilinear. They are linearised at the current point [HassibiHowBoyd1999] within a ball around the
-device. What that drops is, to second order, the form
+(:mod:`.inequalities`). The device is kept in coordinates where P = I, so its PR inequality is linear and
+exact; only the products X·Acl are bilinear. They are linearised at the current point [HassibiHowBoyd1999]
+within a ball around the device. What that drops is, to second order, the form
 
     q(δ) = 2 trace Y dA(δ)ᵀ X₁(δ),    A Y + Y Aᵀ + Bw Bwᵀ = 0,    X₁ the first change of X
 
-in the step δ of the device; its convex part goes into the objective. Without it the iteration is steepest descent
-between inequalities and stalls; with it, it ends in a few Newton-like steps. The plant's delays are Padé
-approximations; a linear term makes the program's slope in the device the exact figure's, so that the iteration
-comes to rest where the exact figure does [AlexandrovLewis2001].
+in the step δ of the device; its convex part goes into the objective. Without it the iteration is steepest
+descent between inequalities and stalls; with it, it ends in a few Newton-like steps. The plant's delays are
+Padé approximations; a linear term makes the program's slope in the device the exact figure's, so that the
+iteration comes to rest where the exact figure does [AlexandrovLewis2001].
 
-The solver only proposes. The matrices that the PR inequality calls positive semidefinite are factored, which makes the
-proposal positive real by construction, and `measure` recomputes the figure and the constraints with exact delays:
-a proposal that is not better is not taken and the ball shrinks.
+The solver only proposes. The matrix that the PR inequality calls positive semidefinite is factored, which
+makes the proposal positive real by construction, and `measure` recomputes the figure and the constraints with
+exact delays: a proposal that is not better is not taken and the ball shrinks.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve_continuous_lyapunov
 
 from posreal.admittance import PortHamiltonian, StateSpace
@@ -34,10 +34,11 @@ from posreal.design.synthesis.generalised_plant import GeneralisedPlant
 from posreal.design.synthesis.semidefinite import Ball, Shape, Unknowns
 from posreal.design.synthesis.storage import factored
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 DEVICE = ("A", "B", "C", "D")
-SEEN = 1e-7  # mean square of an output that sees every state, relative to z: an X conditioned like 1/SEEN at worst
+OVERSTEP = 1e-5  # damping ratio asked for beyond the limit once a proposal has missed it
+SEEN = 1e-7  # mean square of an output that sees every state, relative to z: X is conditioned like 1/SEEN
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Settings:
         Relative gain of an accepted step that counts as none; two such steps in a row end the iteration.
     """
 
-    iterations: int = 60
+    iterations: int = 150
     solver_iterations: int = 60
     radius: float = 0.5
     smallest_radius: float = 1e-5
@@ -117,19 +118,25 @@ def iterate(
     settings = settings or Settings()
     best, value, radius = start, measure(start), settings.radius
     steps = refused = quiet = 0
+    extra = 0.0  # damping ratio asked for beyond the limit, where the linearised limit was overstepped
+    again = False  # the last step was refused: the next one does not widen the ball at once
     for _ in range(settings.iterations):
         if radius < settings.smallest_radius or quiet == 2:
             break
-        proposal, promised = _step(
-            plant, best, value * slope(best), sectors, radius, settings.solver_iterations
-        )
+        aimed = [replace(sector, damping=sector.damping + extra) for sector in sectors]
+        proposal, promised = _step(plant, best, value * slope(best), aimed, radius, settings.solver_iterations)
         new = math.inf if proposal is None else measure(proposal)
-        if proposal is None or not new < value:
-            radius, refused = radius / 4, refused + 1
+        if not new < value:
+            overstepped = proposal is not None and math.isinf(new)
+            extra = max(2 * extra, OVERSTEP) if overstepped else extra
+            radius, refused, again = radius / (2 if overstepped else 4), refused + 1, True
             continue
+        extra /= 2
         trust = (value - new) / max(promised, 1e-300)
         quiet = quiet + 1 if value - new <= settings.settled * value else 0
-        radius *= 2.0 if trust > 0.6 else 1.0 if trust > 0.25 else 0.5
+        radius *= 1.0 if again else 2.0 if trust > 0.6 else 1.0 if trust > 0.25 else 0.5
+        again = False
+        assert proposal is not None
         best, value, steps = proposal, new, steps + 1
         taken(best, value)
     return Outcome(best, value, steps, refused)
@@ -169,14 +176,13 @@ def _step(
         "X": Shape(N, N, symmetric=True),
         **{f"X{i}": Shape(len(t.A), len(t.A), symmetric=True) for i, t in enumerate(tangents)},
     }
+    blocks: list[Callable[[Unknowns], Real]] = [point.h2, _positive_real]
+    for i, tangent in enumerate(tangents):
+        blocks += [partial(block, name=f"X{i}") for block in (tangent.sector, tangent.above, tangent.below)]
     outcome = semidefinite.minimise(
         shapes,
         objective,
-        [
-            point.h2,
-            _positive_real,
-            *(lambda u, t=t, i=i: t.sector(u, f"X{i}") for i, t in enumerate(tangents)),  # type: ignore[misc]
-        ],
+        blocks,
         Ball({name: here[name] for name in DEVICE}, radius, curvature),
         iterations=solver_iterations,
     )
@@ -185,17 +191,15 @@ def _step(
     step = _stacked(outcome.unknowns) - _stacked(here)
     before = float(point.trace({"X": point.X}))
     after = float(point.trace(outcome.unknowns) + step @ correction + step @ curvature @ step)
-    return factored(StateSpace(*(outcome.unknowns[name] for name in DEVICE))), math.sqrt(
-        max(before, 0.0)
-    ) - math.sqrt(max(after, 0.0))
+    return _device(outcome.unknowns), math.sqrt(max(before, 0.0)) - math.sqrt(max(after, 0.0))
 
 
 @dataclass(frozen=True)
 class _Point:
-    """The closed loop and its observability Gramian X at the current device, in coordinates where X is near I.
+    """The closed loop and its observability Gramian X at the current device, where X is near I.
 
-    T takes the plant's coordinates there. X itself is singular to working precision (the output hardly sees a long
-    chain of delays), so T comes from the Gramian of an output that sees every state a little.
+    T takes the plant's coordinates there. X itself is singular to working precision (the output hardly sees a
+    long chain of delays), so T comes from the Gramian of an output that sees every state a little.
     """
 
     plant: GeneralisedPlant
@@ -210,9 +214,7 @@ class _Point:
         A, C = plant.closed(*(device[name] for name in DEVICE))
         B = np.vstack([plant.Bw, np.zeros((len(A) - len(plant.A), plant.Bw.shape[1]))])
         seen = C.T @ C
-        T = cholesky(
-            solve_continuous_lyapunov(A.T, -(seen + SEEN * np.trace(seen) / len(A) * np.eye(len(A))))
-        )
+        T = cholesky(solve_continuous_lyapunov(A.T, -(seen + SEEN * np.trace(seen) / len(A) * np.eye(len(A)))))
         A, C = T @ np.linalg.solve(T.T, A.T).T, np.linalg.solve(T.T, C.T).T
         return cls(plant, T, A, T @ B, C, solve_continuous_lyapunov(A.T, -C.T @ C))
 
@@ -238,9 +240,7 @@ class _Point:
         2 trace Y (X dA + Cᵀ dC).
         """
         sizes = [device[name].size for name in DEVICE]
-        probes = np.split(
-            np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1
-        )
+        probes = np.split(np.vstack([np.zeros(sum(sizes)), np.eye(sum(sizes))]), np.cumsum(sizes)[:-1], axis=1)
         A, C = self.closed(
             {name: probe.reshape(-1, *device[name].shape) for name, probe in zip(DEVICE, probes, strict=True)}
         )
@@ -284,10 +284,17 @@ class _Tangent:
         eye = np.eye(len(self.A))
         return inequalities.sector(inequalities.linearised(u[name], A, eye, self.A), self.damping)
 
-    def near(self, u: Unknowns, name: str) -> Real:
-        """½I ⪯ X ⪯ 2I: the inequality is homogeneous in X, and a large X would hide what linearising dropped."""
-        eye = np.eye(len(self.A))
-        return inequalities.between(u[name], 0.5 * eye, 2.0 * eye)
+    def above(self, u: Unknowns, name: str) -> Real:
+        """X ⪰ ½I."""
+        return u[name] - np.eye(len(self.A)) / 2
+
+    def below(self, u: Unknowns, name: str) -> Real:
+        """X ⪯ 2I: the inequality is homogeneous in X, so a large X would hide what linearising dropped."""
+        return 2 * np.eye(len(self.A)) - u[name]
+
+
+def _device(u: Unknowns) -> PortHamiltonian:
+    return factored(StateSpace(u["A"], u["B"], u["C"], u["D"]))
 
 
 def _stacked(u: Unknowns) -> Real:

@@ -2,9 +2,9 @@
 
     ẋ = (J − R) x + (G − P) v,   f = (G + P)ᵀ x + S v,   [[R, P], [Pᵀ, S]] = L Lᵀ,   J = −Jᵀ
 
-with k/s and b·s beside it where they are wanted, k = κ², b = β² [Willems1972]. The chart's vector holds the strict
-lower triangle of J, G, the lower triangle of L, and κ, β. With x = (sI − A)⁻¹B, yᵀ = C(sI − A)⁻¹, ξ = (x, 1) and
-η = (−y, 1), the device's value moves by
+with k/s and b·s beside it where they are wanted, k = κ², b = β² [Willems1972]. The chart's vector holds the
+strict lower triangle of J, G, the lower triangle of L, and κ, β. With x = (sI − A)⁻¹B, yᵀ = C(sI − A)⁻¹,
+ξ = (x, 1) and η = (−y, 1), the device's value moves by
 
     dY = yᵀ dJ x + (x + y)ᵀ dG + ηᵀ (dL Lᵀ + L dLᵀ) ξ + 2κ dκ/s + 2β s dβ.
 """
@@ -14,19 +14,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import schur
 
 from posreal.admittance import PortHamiltonian
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Real = np.ndarray
+Complex = np.ndarray
 
 
 def resolvent(A: Real, B: Real, C: Real, s: Complex) -> tuple[Complex, Complex]:
     """x = (sI − A)⁻¹B and y with yᵀ = C(sI − A)⁻¹, each (n, N), for all s (N,) at once.
 
-    A = U T Uᴴ in Schur's form, so each is a back-substitution whose every operation runs along the frequencies.
+    A = U T Uᴴ in Schur's form, so each is a back-substitution, every operation along all frequencies.
     """
     T, U = schur(A, output="complex")
     n = len(A)
@@ -67,11 +66,11 @@ class Chart:
         return PortHamiltonian(J - J.T, theta[cuts[0] : cuts[1], None], L, float(k), float(b))
 
     def vector(self, device: PortHamiltonian) -> Real:
-        """A `theta` of a device with at most this order; missing states are added uncoupled, damped at unit rate."""
+        """A `theta` of a device of at most this order; missing states are added uncoupled, damped at unit rate."""
         n, m = self.order, device.order
         # An orthogonal change of the columns of L makes it lower triangular and leaves L Lᵀ alone.
         wide = np.hstack([device.L, np.zeros((m + 1, max(0, m + 1 - device.L.shape[1])))])
-        inner = np.linalg.qr(wide.T, mode="r")[: m + 1].T
+        inner = np.asarray(np.linalg.qr(wide.T)[1])[: m + 1].T
         J, G, L = np.zeros((n, n)), np.zeros(n), np.zeros((n + 1, n + 1))
         J[:m, :m] = (device.J - device.J.T) / 2
         G[:m] = device.G[:, 0]
@@ -94,8 +93,9 @@ class Chart:
     def slopes(self, theta: Real, L: Real, s: Complex, xi: Complex, eta: Complex) -> Complex:
         """The module's form of dY for given ξ = (x, v) and η = (−y, t), each (n + 1, N): (size, N).
 
-        With v = t = 1 and the resolvents x, y it is ∂Y/∂θ; with the device's parts of a closed loop's eigenvectors,
-        its port velocity v and the force t to which the mode answers, it is the slope of the eigenvalue s.
+        With v = t = 1 and the resolvents x, y it is ∂Y/∂θ; with the device's parts of a closed loop's
+        eigenvectors, its port velocity v and the force t to which the mode answers, it is the slope of the
+        eigenvalue s.
         """
         n = self.order
         x, y, v, t = xi[:n], -eta[:n], xi[n], eta[n]

@@ -1,12 +1,12 @@
-"""The best positive-real device of an order: the matrix inequalities, finished by quasi-Newton, from many starts.
+"""The best positive-real device of an order: matrix inequalities, then quasi-Newton, from many starts.
 
 Default combination (``method="auto"``), for order n:
 
 1. the best device of order n − 1, found by 3 and 4 with few starts;
 2. the matrix inequalities (:mod:`.bmi`) from the best of a hundred drawn devices;
-3. quasi-Newton over devices that are positive real by construction (:mod:`.finish`, :mod:`.constrained`), from what 2
-   reached, from 1 with a weak state added, from the caller's warm devices, and from random starts on every face of the
-   order (:mod:`.starts`); then from the best few of these, shaken;
+3. quasi-Newton over devices that are positive real by construction (:mod:`.finish`, :mod:`.constrained`), from
+   what 2 reached, from 1 with a weak state added, from the caller's warm devices, and from random starts on
+   every face of the order (:mod:`.starts`); then from the best few of these, shaken;
 4. the best on each face to full convergence; of these the best, with few digits, exactly positive real
    (:mod:`.presented`).
 
@@ -67,8 +67,8 @@ def synthesise(
     Parameters
     ----------
     problem : Problem
-        Its objective is a mean-square figure (``J1z_…``, ``J1``, ``J3``, ``Macc``); damping may be constrained and the
-        primary lateral suspension free.
+        Its objective is a mean-square figure (``J1z_…``, ``J1``, ``J3``, ``Macc``); damping may be constrained
+        and the primary lateral suspension free.
     order : int
         McMillan degree of the device, 0 to 12.
     method : {"auto", "bmi", "ph"}
@@ -78,8 +78,8 @@ def synthesise(
     seed : int
         Of everything random; the same seed gives the same device.
     spring, inerter : bool
-        Allow a spring k/s, an inerter b·s beside the device on top of the order. Not with a bush behind it: there,
-        ask for the next order.
+        Allow a spring k/s, an inerter b·s beside the device on top of the order. Not with a bush behind it:
+        there, ask for the next order.
     progress : function of str, optional
         Called with a line at each event worth one.
     warm : sequence of devices
@@ -183,18 +183,14 @@ class _Search:
             self.best, self.value = candidate, value
             self.history.append(Step(method, value))
 
-    def improved(
-        self, chart: Chart, start: Candidate, method: str, iterations: int, tolerance: float
-    ) -> Candidate:
+    def improved(self, chart: Chart, start: Candidate, method: str, iterations: int, tolerance: float) -> Candidate:
         """The local optimum near a start."""
 
         def taken(candidate: Candidate, value: float) -> None:
             self.offer(method, candidate, value)
 
         if self.limit is None:
-            return finish(
-                self.criterion, chart, start, iterations=iterations, tolerance=tolerance, taken=taken
-            )
+            return finish(self.criterion, chart, start, iterations=iterations, tolerance=tolerance, taken=taken)
         return finish_damped(
             self.criterion,
             self.damping,
@@ -303,7 +299,7 @@ def _local(
     begun: Sequence[Candidate],
     method: str,
 ) -> Candidate:
-    """Quasi-Newton from given candidates, random ones, and the best of these shaken; then to full convergence."""
+    """Quasi-Newton from given candidates, random ones, the best of these shaken; then to full convergence."""
     charts = faces(order, spring=spring, inerter=inerter)
     found: list[tuple[float, Chart, Candidate]] = []
 
@@ -363,9 +359,7 @@ def _warm(devices: Sequence[Device], scale: Scale, order: int) -> list[PortHamil
     for device in devices:
         Y = require(as_rational(device))
         if Y.degree > order:
-            raise BadInput(
-                f"a warm start has degree {Y.degree}; ask for at least that order, or leave it out"
-            )
+            raise BadInput(f"a warm start has degree {Y.degree}; ask for at least that order, or leave it out")
         form = None if Y.is_zero() else port_hamiltonian(scale.from_admittance(Y))
         if form is not None:
             found.append(form)
@@ -378,9 +372,7 @@ def _presented(search: _Search, scale: Scale) -> Rational:
 
     def acceptable(H: Rational) -> bool:
         value = criterion.value_and_slope(np.asarray(H(criterion.s)), parameters)[0]
-        return value <= search.value * (1 + 1e-9) and not _breaks(
-            criterion.problem, scale.admittance(H), parameters
-        )
+        return value <= search.value * (1 + 1e-9) and not _breaks(criterion.problem, scale.admittance(H), parameters)
 
     H = presented.tidy(search.best.device.rational(), acceptable)
     Y, note = presented.rounded(scale.admittance(H))
@@ -397,9 +389,7 @@ def _breaks(problem: Problem, Y: Rational, parameters: Mapping[str, float]) -> b
 
 def _validated(problem: Problem, order: int, method: str, starts: int, spring: bool, inerter: bool) -> None:
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= LARGEST_ORDER:
-        raise BadInput(
-            f"order {order!r} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}"
-        )
+        raise BadInput(f"order {order!r} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}")
     if method not in METHODS:
         raise BadInput(f"unknown method {method!r}; the methods are {listed(METHODS)}")
     if starts < 1:
@@ -407,9 +397,7 @@ def _validated(problem: Problem, order: int, method: str, starts: int, spring: b
     if problem.objective == "max_yv":
         raise BadInput(
             f"{problem.name} minimises a peak in time, which is not a mean square: synthesis cannot take it yet; "
-            "optimise a layout instead"
+            "optimise a layout for it"
         )
     if (spring or inerter) and problem.mounting.behind is not None:
-        raise BadInput(
-            "a spring or inerter cannot be added behind a bush; ask for the next order, which has it"
-        )
+        raise BadInput("a spring or inerter cannot be added behind a bush; ask for the next order, which has it")

@@ -2,8 +2,8 @@
 
     minimise J(Y(θ), φ)   subject to   ζᵢ(θ, φ) ≥ ζ_min
 
-over θ of :class:`Chart` and φ, the logarithms of the vehicle parameters that are free (within their ranges); ζᵢ are
-the least damped modes at a set of speeds (:mod:`.damping`), each with its slope.
+over θ of :class:`Chart` and φ, the logarithms of the vehicle parameters that are free (within their ranges);
+ζᵢ are the least damped modes at a set of speeds (:mod:`.damping`), each with its slope.
 """
 
 from __future__ import annotations
@@ -12,17 +12,16 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate, Criterion
 from posreal.design.synthesis.damping import Damping
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 UNIT = 0.01  # of damping ratio: what the optimiser sees as 1
-INSIDE = 1e-8  # of damping ratio, asked for beyond the limit, so that the optimiser's rounding stays on the right side
+INSIDE = 1e-8  # of damping ratio, asked for beyond the limit: the optimiser's rounding stays on the right side
 
 
 def finish_damped(
@@ -57,7 +56,7 @@ def finish_damped(
     Returns
     -------
     Candidate
-        The last iterate, which may miss the limit by a little, or anywhere where the optimiser failed: measure it.
+        The last iterate, which may miss the limit by a little, or by far where the optimiser failed: measure it.
     """
     free = criterion.problem.free if damping.primary else {}
     names = tuple(free)

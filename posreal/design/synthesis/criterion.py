@@ -1,7 +1,7 @@
 """The figure of a scaled device, with exact delays, and its slope: what every method here is judged by.
 
-With H the scaled device (:class:`Scale`), the port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0) behind a bush
-kb; :class:`posreal.design.objective.MeanSquare` gives J and dJ/dY there.
+With H the scaled device (:class:`Scale`), the port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0) behind
+a bush kb; :class:`posreal.design.objective.MeanSquare` gives J and dJ/dY there.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from posreal.admittance import PortHamiltonian
 from posreal.design.objective import MeanSquare, mean_square
@@ -19,8 +18,8 @@ from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import resolvent
 from posreal.design.synthesis.scale import Scale
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Real = np.ndarray
+Complex = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class Criterion:
     def value_and_slope(
         self, H: Complex, primary: Mapping[str, float] | None = None
     ) -> tuple[float, Complex, dict[str, float]]:
-        """J, the g with dJ = Re Σ g dH, and ∂J/∂ of the primary's Kpy and Cpy where the problem leaves them free.
+        """J, the g with dJ = Re Σ g dH, and ∂J/∂ of the primary's Kpy and Cpy where these are free.
 
         Parameters
         ----------
@@ -97,7 +96,7 @@ class Criterion:
         return self.value_and_slope(np.asarray(candidate.device(self.s)), candidate.parameters)[0]
 
     def slope(self, candidate: Candidate) -> Real:
-        """∂J/∂(A, B, C, D) of a device, stacked row by row: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""
+        """∂J/∂(A, B, C, D) of a device, stacked: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""
         form = candidate.device.state_space()
         x, y = resolvent(form.A, form.B[:, 0], form.C[0], self.s)
         _, g, _ = self.value_and_slope(np.asarray(form(self.s)), candidate.parameters)

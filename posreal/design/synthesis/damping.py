@@ -4,8 +4,8 @@ For an eigenvalue λ of the closed loop with eigenvectors uᴴ, x (uᴴx = 1) a 
 
     dλ = uₖᴴ (dA xₖ + dB v) + t (dC xₖ + dD v) + t v (dk/λ + λ db),    v = Cv x,   t = uᴴBf
 
-with uₖ, xₖ their parts in the device's states: the form that :meth:`Chart.slopes` evaluates. The damping ratio is
-ζ = −Re λ/|λ|.
+with uₖ, xₖ their parts in the device's states: the form that :meth:`Chart.slopes` evaluates. The damping ratio
+is ζ = −Re λ/|λ|.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from posreal.admittance import PortHamiltonian, StateSpace
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.scale import Scale
-from posreal.vehicle import PlanView, Plant, close
+from posreal.vehicle import Plant, PlanView, close
 
-Real = NDArray[np.float64]
+Real = np.ndarray
+Complex = np.ndarray
 
 LEAST = 4  # modes a speed that are watched: the least damped ones
 SEARCH_SPEEDS = (
@@ -97,7 +97,7 @@ class Damping:
 
     def _modes(
         self, device: PortHamiltonian, values: Mapping[str, float]
-    ) -> tuple[Real, NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128], list[Plant]]:
+    ) -> tuple[Real, Complex, Complex, Complex, list[Plant]]:
         inside = {"secondary": self._secondary(device), "primary": _static(values)}
         A = np.array([close(plant, inside, shaped=False).A for plant in self.plants])
         poles, right = np.linalg.eig(A)
@@ -127,9 +127,7 @@ class Damping:
             c0 * form.b / omega,
         )
 
-    def _answer(
-        self, plant: Plant, device: PortHamiltonian, u: NDArray[np.complex128]
-    ) -> NDArray[np.complex128]:
+    def _answer(self, plant: Plant, device: PortHamiltonian, u: Complex) -> Complex:
         b = np.zeros(len(plant.groups))
         b[0] = self.scale.damper * device.b / self.scale.omega
         return np.linalg.solve(np.eye(len(b)) - (plant.Cv @ plant.Bf).T * b, u @ plant.Bf)
@@ -142,7 +140,7 @@ def _static(values: Mapping[str, float]) -> StateSpace:
     return StateSpace(none, np.zeros((0, 1)), np.zeros((1, 0)), D, values.get("Kpy", 0.0), 0.0)
 
 
-def _ratio_slope(pole: NDArray[np.complex128], slope: NDArray[np.complex128]) -> Real:
+def _ratio_slope(pole: Complex, slope: Complex) -> Real:
     """dζ = −Re dλ/|λ| + Re λ Re(λ̄ dλ)/|λ|³."""
     size = np.abs(pole)
     return np.asarray(-slope.real / size + pole.real * (pole.conj() * slope).real / size**3)

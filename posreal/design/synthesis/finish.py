@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate, Criterion
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 
 def finish(

@@ -17,7 +17,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov, svd
 
 from posreal.admittance import Rational, state_space
@@ -27,7 +26,7 @@ from posreal.errors import BadInput
 from posreal.vehicle import PlanView, QuarterCar, SideView
 from posreal.vehicle.plant import Plant
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -130,9 +129,7 @@ def generalised_plant(
     return opened.scaled(scale, gain).reduced(tolerance)
 
 
-def damped_plant(
-    vehicle: PlanView, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6
-) -> GeneralisedPlant:
+def damped_plant(vehicle: PlanView, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6) -> GeneralisedPlant:
     """The vehicle at its speed without track filter and delays, for the damping of its poles."""
     opened = mounted(vehicle.random_track(), 0, mounting)
     return opened.scaled(scale, 1.0).reduced(tolerance)
@@ -161,9 +158,7 @@ def mounted(plant: Plant, output: int, mounting: Mounting) -> GeneralisedPlant:
         return GeneralisedPlant(A, Bw, Bf, Cz, Dzf, Cv)
     bush = mounting.behind
     if bush != Rational.spring(bush.static_stiffness):
-        raise BadInput(
-            "the matrix inequalities take a spring behind the device and nothing else; use method='ph'"
-        )
+        raise BadInput("the matrix inequalities take a spring behind the device and nothing else; use method='ph'")
     k, n = float(bush.static_stiffness), len(A)
     return GeneralisedPlant(
         np.block([[A, k * Bf], [Cv, np.zeros((p, p))]]),
@@ -228,9 +223,7 @@ def _performance(problem: Problem) -> tuple[Plant, str, float]:
             return side.track(), f"acceleration_{problem.objective[-1]}", 100 / side.g
         case QuarterCar() as quarter:
             return quarter.road(), "acceleration" if problem.objective == "J1" else "tyre_force", 1.0
-    raise BadInput(
-        f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else"
-    )
+    raise BadInput(f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else")
 
 
 def _repeated(block: Real, copies: int) -> Real:

@@ -13,9 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 
 def h2(M: Real, C: Real) -> Real:
@@ -37,12 +36,6 @@ def sector(M: Real, damping: float) -> Real:
     cos, sin = damping, math.sqrt(1 - damping**2)
     both, difference = sin * (M + _T(M)), cos * (_T(M) - M)
     return -_blocks([[both, difference], [_T(difference), both]])
-
-
-def between(X: Real, low: Real, high: Real) -> Real:
-    """low ⪯ X ⪯ high."""
-    zero = np.zeros_like(X)
-    return _blocks([[X - low, zero], [zero, high - X]])
 
 
 def linearised(X: Real, A: Real, X0: Real, A0: Real) -> Real:

@@ -51,11 +51,11 @@ def rounded(Y: Rational, digits: int = 15) -> tuple[Rational, str]:
             lifted = (Y | Rational.damper(damper)).rounded(precision)
             if is_positive_real(lifted):
                 return lifted, (
-                    f"lifted by a parallel damper of {float(damper):g} N s/m, so that {precision} digits are positive real"
+                    f"lifted by a parallel damper of {float(damper):g} N s/m: {precision} digits are then positive real"
                 )
     return Y, "coefficients are exact and long: rounding them would lose positive realness"
 
 
-def _without_dust(coefficients: tuple, dust: float) -> list:  # type: ignore[type-arg]
+def _without_dust(coefficients: tuple[Fraction, ...], dust: float) -> list[Fraction]:
     largest = max(abs(c) for c in coefficients)
-    return [c if abs(c) > dust * largest else 0 for c in coefficients]
+    return [c if abs(c) > dust * largest else Fraction(0) for c in coefficients]

@@ -45,9 +45,7 @@ def reference(problem: Problem) -> Scale:
 
     k, m = _static(problem)
     best = minimize_scalar(ride, bounds=(math.log(math.sqrt(k * m)) - 5, math.log(math.sqrt(k * m)) + 3))
-    return Scale(
-        _power_of_two(math.sqrt(k / m)), _power_of_two(math.exp(best.x)), problem.mounting.behind is not None
-    )
+    return Scale(_power_of_two(math.sqrt(k / m)), _power_of_two(math.exp(best.x)), problem.mounting.behind is not None)
 
 
 def _static(problem: Problem) -> tuple[float, float]:

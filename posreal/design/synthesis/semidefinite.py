@@ -15,10 +15,9 @@ from dataclasses import dataclass
 
 import clarabel
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 Unknowns = Mapping[str, Real]
 
 
@@ -113,7 +112,7 @@ def minimise(
     )
     solution = solver.solve()
     y = np.array(solution.x)
-    found = bool(np.all(np.isfinite(y)))
+    found = bool(np.all(np.isfinite(y))) and "Infeasible" not in str(solution.status)  # y is then a certificate
     return Outcome(
         {name: part[0] for name, part in _split(shapes, y[None, :]).items()} if found else None,
         str(solution.status),

@@ -11,19 +11,18 @@ from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
-from numpy.typing import NDArray
 
 from posreal.admittance import PortHamiltonian, random_port_hamiltonian
 from posreal.design.synthesis.chart import Chart
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 DECADES = (1.0, 3.0)  # spread of the time scales of random devices
 
 
 def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
     """Charts that together hold all devices of an order; `spring` and `inerter` come on top of it if asked for."""
-    if spring and inerter or order == 0:
+    if (spring and inerter) or order == 0:
         return (Chart(order, spring, inerter),)
     found = [Chart(order, spring, inerter)]
     if not spring:
@@ -35,9 +34,7 @@ def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
     return tuple(found)
 
 
-def random_starts(
-    charts: tuple[Chart, ...], rng: np.random.Generator
-) -> Iterator[tuple[Chart, PortHamiltonian]]:
+def random_starts(charts: tuple[Chart, ...], rng: np.random.Generator) -> Iterator[tuple[Chart, PortHamiltonian]]:
     """Random devices on every face in turn, without end."""
     for decades in cycle(DECADES):
         for chart in charts:
@@ -48,9 +45,7 @@ def random_starts(
             )
 
 
-def lifted(
-    device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1
-) -> PortHamiltonian:
+def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1) -> PortHamiltonian:
     """The device with as many more states, each weakly coupled to the rest and to the port."""
     n, m = order, device.order
     rates = 10.0 ** rng.uniform(-1, 1, n - m)
@@ -65,9 +60,7 @@ def lifted(
     return PortHamiltonian(J, G, L, device.k, device.b)
 
 
-def shaken(
-    chart: Chart, device: PortHamiltonian, rng: np.random.Generator, strength: float = 0.4
-) -> PortHamiltonian:
+def shaken(chart: Chart, device: PortHamiltonian, rng: np.random.Generator, strength: float = 0.4) -> PortHamiltonian:
     """A device with every number of its chart multiplied by a random factor and moved a little."""
     theta = chart.vector(device)
     factor = np.exp(strength * rng.standard_normal(len(theta)))

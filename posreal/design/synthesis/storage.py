@@ -1,19 +1,18 @@
 """A positive-real function in the coordinates of its stored energy.
 
 The positive-real inequality of :mod:`.inequalities` holds for some P ≻ 0 [Willems1972]. With P = TᵀT and x → Tx the
-stored energy is ½xᵀx, P becomes I, and J, G and the factor of the dissipation can be read off (:class:`PortHamiltonian`).
+stored energy is ½xᵀx, P becomes I, and J, G and the factor of the dissipation can be read off.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from posreal.admittance import PortHamiltonian, Rational, StateSpace, state_space
 from posreal.design.synthesis import inequalities
 from posreal.design.synthesis.semidefinite import Ball, Shape, minimise
 
-Real = NDArray[np.float64]
+Real = np.ndarray
 
 
 def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
@@ -26,9 +25,7 @@ def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
     n = form.order
     if n == 0:
         D = max(float(form.D[0, 0]), 0.0)
-        return PortHamiltonian(
-            np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b
-        )
+        return PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b)
     outcome = minimise(
         {"P": Shape(n, n, symmetric=True)},
         lambda u: np.trace(u["P"], axis1=-2, axis2=-1),
@@ -49,7 +46,7 @@ def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
 
 
 def factored(form: StateSpace) -> PortHamiltonian:
-    """The nearest device whose storage is ½xᵀx: what is negative in the positive-real inequality's matrix is cut off."""
+    """The nearest device whose storage is ½xᵀx: what is negative in the positive-real inequality is cut off."""
     dissipation = inequalities.positive_real(form.A, form.B, form.C, form.D) / 2
     values, vectors = np.linalg.eigh(dissipation)
     L = vectors * np.sqrt(np.clip(values, 0.0, None))

@@ -1,0 +1,177 @@
+"""The best values of one topology: screen many starts, descend from the best few at once, polish the winner.
+
+Screening and descent run on a coarse frequency grid, polishing on a fine one; a winner whose figure moves when the grid
+is refined further (a resonance between the grid's points) is polished again on the finer grid. Besides random starts
+there are warm ones: the optimum of each network that this one has as a limit, with the lost element just short of its
+border, so that a network is never found worse than its limits. Where the problem has constraints, the polishing is
+done by SLSQP with the constraints of :mod:`posreal.design.search.lateral`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from posreal.design.problem import Problem
+from posreal.design.search.batch import Array
+from posreal.design.search.descent import descend
+from posreal.design.search.ground import Ground
+from posreal.design.search.topologies import Form, key, letters
+
+COARSE, FINE, FINEST = 4, 12, 192  # panels a decade of the frequency grids
+SETTLED = 1e-7  # relative change of the figure from one grid to the next that counts as none
+DECADES = 6.0  # to either side of the vehicle's units: how far free values may run
+SPREAD = 2.0  # decades to either side: where random starts lie
+_SCREENED = 64
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What, besides the problem and the topology, decides what is found.
+
+    Attributes
+    ----------
+    starts : int
+        Random starts from which a topology is optimised, the best of 64.
+    seed : int
+    bounds : mapping of "k", "c", "b" to (lower, upper)
+        In N/m, N s/m and kg; a kind that is missing is free.
+    """
+
+    starts: int = 8
+    seed: int = 0
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The best values found for a topology.
+
+    Attributes
+    ----------
+    form : Form
+    objective : float
+        In the metric's unit; infinite if no values were found that meet the constraints.
+    values : tuple of float
+        Of the elements in the form's order, then of the problem's free vehicle parameters, SI units.
+    agreed : int
+        Starts that led to the same figure within 0.1 %.
+    """
+
+    form: Form
+    objective: float
+    values: tuple[float, ...]
+    agreed: int
+
+    @property
+    def feasible(self) -> bool:
+        """Whether there is a point at all."""
+        return math.isfinite(self.objective)
+
+
+class Box:
+    """Bounds of a topology's unknowns, and where its starts lie; all logarithms."""
+
+    def __init__(self, ground: Ground, form: Form, settings: Settings) -> None:
+        kinds = letters(form)
+        unit = np.log(ground.scale.units(kinds))
+        free = math.log(10.0) * DECADES
+        spread = math.log(10.0) * SPREAD
+        lower, upper = unit - free, unit + free
+        for i, kind in enumerate(kinds):
+            if kind in settings.bounds:
+                lower[i], upper[i] = np.log(settings.bounds[kind])
+        ranges = [ground.problem.free[name] for name in ground.vehicle_names]
+        self.lower = np.concatenate([lower, np.log([r.lower for r in ranges])])
+        self.upper = np.concatenate([upper, np.log([r.upper for r in ranges])])
+        # starts lie about the units, or at whatever part of the bounds is nearest to that
+        self.low = np.concatenate([np.clip(unit - spread, lower, upper), self.lower[len(kinds) :]])
+        self.high = np.concatenate([np.clip(unit + spread, lower, upper), self.upper[len(kinds) :]])
+
+    def random(self, count: int, rng: np.random.Generator) -> Array:
+        """Random starts."""
+        return self.low + rng.uniform(size=(count, len(self.low))) * (self.high - self.low)
+
+
+def generator(seed: int, form: Form) -> np.random.Generator:
+    """The random numbers of a topology: the same whichever process draws them, and in whatever order."""
+    digest = hashlib.sha256(key(form).encode()).digest()
+    return np.random.default_rng([seed, int.from_bytes(digest[:8], "little")])
+
+
+def logarithm(ground: Ground, form: Form) -> Callable[[Array], tuple[Array, Array]]:
+    """log J and its gradient: without a unit, and curved about as much as any other problem's."""
+
+    def function(theta: Array) -> tuple[Array, Array]:
+        with np.errstate(all="ignore"):
+            J, slope = ground.value_and_gradient(form, theta)
+            return np.log(J), slope / J[:, None]
+
+    return function
+
+
+def best_values(problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = ()) -> Found:
+    """The best values found for a topology.
+
+    Parameters
+    ----------
+    problem : Problem
+    form : Form
+    settings : Settings
+    warm : sequences of values
+        Points to start from besides the random ones.
+    """
+    if problem.constraints or problem.objective == "max_yv":
+        from posreal.design.search.constrained import best_constrained_values
+
+        return best_constrained_values(problem, form, settings, warm)
+    coarse = ground(problem, COARSE, trimmed=True)
+    box = Box(coarse, form, settings)
+    starts = screened(coarse, form, box, settings, warm)
+    theta, value = descend(logarithm(coarse, form), starts, box.lower, box.upper)
+    best = int(np.argmin(value))
+    agreed = int(np.sum(value <= value[best] + 1e-3))
+    point, figure = polished(problem, form, box, theta[best])
+    return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
+
+
+def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:
+    """The best of many random points, and the warm ones."""
+    points = box.random(max(_SCREENED, settings.starts), generator(settings.seed, form))
+    value, _ = logarithm(ground, form)(points)
+    chosen = points[np.argsort(np.where(np.isfinite(value), value, np.inf), kind="stable")[: settings.starts]]
+    if not warm:
+        return chosen
+    return np.vstack([chosen, np.clip(np.log(np.array(warm)), box.lower, box.upper)])
+
+
+def polished(problem: Problem, form: Form, box: Box, theta: Array) -> tuple[Array, float]:
+    """A minimum on a grid fine enough for it, and its figure."""
+    panels = FINE
+    while True:
+        here = ground(problem, panels, trimmed=True)
+        found, value = descend(
+            logarithm(here, form), theta[None, :], box.lower, box.upper, iterations=60, tolerance=1e-9
+        )
+        theta, figure = found[0], math.exp(float(value[0]))
+        panels *= 4
+        finer = float(ground(problem, panels).value_and_gradient(form, theta[None, :])[0][0])
+        if abs(finer - figure) <= SETTLED * figure or panels >= FINEST:
+            return theta, finer
+
+
+_GROUNDS: dict[tuple[object, ...], Ground] = {}
+
+
+def ground(problem: Problem, panels: int, *, trimmed: bool = False) -> Ground:
+    """The ground of a problem, kept: every topology of a search stands on the same one."""
+    name = (problem.vehicle, problem.objective, tuple(problem.free.items()), panels, trimmed)
+    if name not in _GROUNDS:
+        if len(_GROUNDS) >= 32:
+            _GROUNDS.clear()
+        _GROUNDS[name] = Ground(problem, panels, trimmed=trimmed)
+    return _GROUNDS[name]

@@ -1,0 +1,180 @@
+"""Synthesis: known optima reached, iterates never worse, every answer exactly positive real, every failure survived."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from posreal.admittance import Rational, check
+from posreal.design.problem import problem
+from posreal.design.synthesis import Settings, synthesise
+from posreal.errors import BadInput, NotPositiveReal
+
+# General positive-real optima without a parallel inerter: k = 60 kN/m, J1 of [PS2006]'s quarter-car.
+QUARTER_CAR = {1: 1.585094, 2: 1.542673, 3: 1.454769, 4: 1.433840}
+
+
+def assert_sound(result):
+    """The device is exactly positive real, of the order asked for, and measures what it says."""
+    assert check(result.device)
+    assert result.device.degree <= result.order
+    values = [step.value for step in result.history]
+    assert values == sorted(values, reverse=True)
+    assert result.value == pytest.approx(values[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_quarter_car_optimum(order):
+    result = synthesise(problem("quarter-car"), order)
+    assert_sound(result)
+    assert result.value == pytest.approx(QUARTER_CAR[order], abs=1e-6)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_matrix_inequalities_alone_on_the_quarter_car(order):
+    result = synthesise(problem("quarter-car"), order, method="bmi", starts=4)
+    assert_sound(result)
+    assert result.value <= QUARTER_CAR[order] * 1.001
+    assert {step.method for step in result.history} == {"start", "bmi"}
+
+
+@pytest.mark.parametrize(("order", "target"), [(1, 1.9614), (2, 1.9217)])
+def test_matrix_inequalities_alone_on_the_side_view(order, target):
+    result = synthesise(problem("vertical-comfort"), order, method="bmi", starts=1)
+    assert_sound(result)
+    assert result.value <= target
+
+
+def test_default_on_the_side_view():
+    result = synthesise(problem("vertical-comfort"), 2, starts=6)
+    assert_sound(result)
+    assert result.value <= 1.92163
+    assert result.reached_by("bmi") is not None
+    assert 1 <= result.agreeing <= result.starts
+
+
+def test_damping_is_kept_on_the_plan_view():
+    lateral = problem("lateral-comfort")
+    result = synthesise(lateral, 1, method="bmi", starts=1)
+    assert_sound(result)
+    assert result.value <= 0.2135
+    assert not lateral.violated(result.metrics)
+
+
+@pytest.mark.parametrize("objective", ["J1", "J3"])
+def test_a_freedom_never_costs(objective):
+    quarter = problem("quarter-car", objective=objective)
+    plain = synthesise(quarter, 1, method="ph", starts=8)
+    freer = synthesise(quarter, 1, method="ph", starts=8, inerter=True)
+    higher = synthesise(quarter, 2, method="ph", starts=8)
+    assert freer.value <= plain.value * (1 + 1e-8)
+    assert higher.value <= freer.value * (1 + 1e-8)  # an inerter is a state at infinity
+    assert freer.device.degree == 2
+
+
+def test_order_0_is_the_best_damper():
+    result = synthesise(problem("quarter-car"), 0)
+    assert result.value == pytest.approx(1.759967, abs=1e-6)
+    assert result.device.degree == 0
+    assert float(result.device(1j).real) == pytest.approx(2615.34, rel=1e-4)
+
+
+def test_same_seed_same_device():
+    first, second = (synthesise(problem("quarter-car"), 2, starts=3, seed=5) for _ in range(2))
+    assert first.device == second.device
+    assert first.history == second.history
+
+
+def test_a_warm_start_is_not_lost():
+    network = Rational.damper(17965) + Rational.inerter(4115)
+    result = synthesise(problem("vertical-comfort"), 1, method="ph", starts=1, warm=[network])
+    assert result.value <= 1.9614
+
+
+@pytest.mark.parametrize(
+    "settings", [Settings(solver_iterations=1), Settings(iterations=0), Settings(solver_iterations=4)]
+)
+def test_a_starved_solver_returns_the_best_so_far(settings):
+    result = synthesise(problem("quarter-car"), 2, method="bmi", starts=2, settings=settings)
+    assert_sound(result)
+    assert result.value <= result.history[0].value * (1 + 1e-9)
+
+
+def test_interrupting_returns_the_best_so_far():
+    def impatient(text: str) -> None:
+        if text.startswith("matrix inequalities"):
+            raise KeyboardInterrupt
+
+    result = synthesise(problem("quarter-car"), 1, method="bmi", starts=4, progress=impatient)
+    assert_sound(result)
+    assert any("interrupted" in note for note in result.notes)
+    assert result.value <= QUARTER_CAR[1] * 1.01
+
+
+@pytest.mark.parametrize(
+    ("name", "order", "options", "culprit"),
+    [
+        ("lateral-gauging", 2, {}, "peak"),
+        ("quarter-car", -1, {}, "order"),
+        ("quarter-car", 1.5, {}, "order"),
+        ("quarter-car", 1000, {}, "order"),
+        ("quarter-car", 1, {"method": "magic"}, "magic"),
+        ("quarter-car", 1, {"starts": 0}, "starts"),
+        ("vertical-comfort", 1, {"inerter": True}, "bush"),
+        ("quarter-car", 1, {"warm": ["(s^2 + s + 1)/(s^2 + s + 4)"]}, "degree 2"),
+    ],
+)
+def test_refusals_name_the_culprit(name, order, options, culprit):
+    with pytest.raises(BadInput, match=culprit):
+        synthesise(problem(name), order, **options)
+
+
+def test_a_warm_start_has_to_be_positive_real():
+    with pytest.raises(NotPositiveReal):
+        synthesise(problem("quarter-car"), 1, warm=["(s - 1)/(s + 1)"])
+
+
+def test_another_vehicle():
+    """Half the road speed, twice the sprung mass: the figure still is the network's own, to rounding."""
+    heavy = problem("quarter-car", vehicle={"ms": 500.0, "V": 12.5})
+    result = synthesise(heavy, 1, starts=4)
+    best = min(
+        heavy.metrics(heavy.mounting.port(Rational.damper(c) + Rational.inerter(b)))["J1"].value
+        for c in np.geomspace(500, 2e4, 30)
+        for b in np.geomspace(20, 4e3, 30)
+    )
+    assert result.value <= best
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("order", [3, 4])
+def test_quarter_car_optimum_of_higher_order(order):
+    result = synthesise(problem("quarter-car"), order, starts=40)
+    assert_sound(result)
+    assert result.value <= QUARTER_CAR[order] + 1e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("order", "known"), [(3, 1.8831), (4, 1.8595)])
+def test_side_view_of_higher_order(order, known):
+    result = synthesise(problem("vertical-comfort"), order)
+    assert_sound(result)
+    assert result.value <= known
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "order", "target"), [("lateral-comfort", 2, 0.2000), ("lateral-comfort-primary", 2, 0.1749)]
+)
+def test_plan_view_of_higher_order(name, order, target):
+    lateral = problem(name)
+    result = synthesise(lateral, order)
+    assert check(result.device)
+    assert result.value <= target
+    assert not lateral.violated(result.metrics)
+    for parameter, value in result.parameters.items():
+        assert lateral.free[parameter].lower <= value <= lateral.free[parameter].upper
+    again = dataclasses.replace(lateral.with_vehicle(result.parameters))
+    assert again.metrics(again.mounting.port(result.device))["Macc"].value == pytest.approx(result.value, rel=1e-12)
