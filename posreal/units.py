@@ -20,9 +20,7 @@ _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*",
     re.S,
 )
-_UNIT = re.compile(
-    r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?")
-)  # no nested powers, no brackets
+_UNIT = re.compile(r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?"))  # no nested powers, no brackets
 
 _EXAMPLES = {
     "N/m": ("N/m", "kN/m", "MN/m", "N/mm"),
@@ -136,9 +134,7 @@ def _number(text: str, unit: str) -> Fraction:
     try:
         return exact.to_fraction(exact.to_fmpq(text))
     except BadDevice:
-        raise BadInput(
-            f"{_shown(text)!r} is not a finite number; write for example {_example(unit)}."
-        ) from None
+        raise BadInput(f"{_shown(text)!r} is not a finite number; write for example {_example(unit)}.") from None
 
 
 @lru_cache(maxsize=1024)

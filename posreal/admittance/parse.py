@@ -24,6 +24,7 @@ MOST_TOKENS = 4_000
 DEEPEST_NESTING = 100
 HIGHEST_DEGREE = 40
 LARGEST_COEFFICIENT = 20_000  # bits of a coefficient's numerator or denominator
+MOST_WORK = 150_000_000  # sum over operations of (degree + 1)² times bits: a few seconds
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))"
@@ -88,6 +89,7 @@ class _Reader:
         self.tokens = _tokens(text)
         self.next = 0
         self.depth = 0
+        self.work = 0
 
     def read(self) -> Rational:
         if self.tokens[0].kind == "end":
@@ -178,9 +180,10 @@ class _Reader:
     def limited(self, value: Rational) -> Rational:
         if value.degree > HIGHEST_DEGREE:
             raise self.error(f"degrees above {HIGHEST_DEGREE} are not read")
-        if (
-            max(c.height_bits() for p in (value.n, value.d) for c in p.coeffs() or [exact.to_fmpq(0)])
-            > LARGEST_COEFFICIENT
-        ):
+        bits = max((c.height_bits() for p in (value.n, value.d) for c in p.coeffs()), default=0)
+        if bits > LARGEST_COEFFICIENT:
             raise self.error("coefficients grew too large to read")
+        self.work += (value.degree + 1) ** 2 * (bits + 100)
+        if self.work > MOST_WORK:
+            raise self.error("too much to work out from here on; give coefficients instead")
         return value

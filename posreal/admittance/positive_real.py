@@ -122,7 +122,7 @@ def check(device: Device) -> Verdict:
     >>> check("(s^2 + s + 1)/(s^2 + s + 4)").minimum_function
     True
     >>> print(check("(s^2 + s + 1)/(s^2 + 0.9*s + 4)"))
-    not positive real: Re Y(jω) = -0.0555556 at ω = 3/2 ≈ 1.5 rad/s
+    not positive real: Re Y(jω) = -0.0332651 at ω = 1.5 rad/s
     """
     y = as_rational(device)
     E, D = resistance.real_part(y)

@@ -23,7 +23,8 @@ class NegativeReal:
         rational = to_text(fmpq(self.omega.numerator, self.omega.denominator))
         size = self.value
         value = f"{to_float(size):.6g}" if abs(size) > Fraction(1, 10**300) else "less than zero by under 1e-300"
-        return f"Re Y(jω) = {value} at ω = {rational} ≈ {to_float(self.omega):.17g} rad/s"
+        place = f"{rational} ≈ {to_float(self.omega):.17g}" if "/" in rational else rational
+        return f"Re Y(jω) = {value} at ω = {place} rad/s"
 
 
 @dataclass(frozen=True)

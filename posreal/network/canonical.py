@@ -78,21 +78,16 @@ def _outside(key: str) -> str:
 def _graph_key(graph: Graph, values: bool) -> str:
     inner = range(2, graph.size)
     if len(inner) > MOST_INNER:
-        raise BadDevice(
-            f"A graph with {len(inner)} inner nodes is too large to compare; {MOST_INNER} are tried."
-        )
+        raise BadDevice(f"A graph with {len(inner)} inner nodes is too large to compare; {MOST_INNER} are tried.")
     parts = [(u, v, canonical_key(part, values)) for u, v, part in graph.branches]
     best = None
     for ends in ((0, 1), (1, 0)):
         for order in permutations(inner):
             number = (*ends, *order)
             text = ",".join(
-                sorted(
-                    f"{min(number[u], number[v])}-{max(number[u], number[v])}:{key}" for u, v, key in parts
-                )
+                sorted(f"{min(number[u], number[v])}-{max(number[u], number[v])}:{key}" for u, v, key in parts)
                 + sorted(
-                    _lever_key(tuple(number[node] for node in nodes), lever, values)
-                    for *nodes, lever in graph.levers
+                    _lever_key(tuple(number[node] for node in nodes), lever, values) for *nodes, lever in graph.levers
                 )
             )
             best = text if best is None else min(best, text)

@@ -70,7 +70,5 @@ def circuit(network: Network) -> Circuit:
                 spans = list(pairwise(nodes))
             else:
                 spans = [(start, end)] * len(children)
-            waiting.extend(
-                (child, *span) for child, span in reversed(list(zip(children, spans, strict=True)))
-            )
+            waiting.extend((child, *span) for child, span in reversed(list(zip(children, spans, strict=True))))
     return Circuit(size, tuple(edges), tuple(bars))

@@ -59,9 +59,7 @@ def diagram(
     """
     for label in terminals:
         if len(label) > width // 4 or not label.isprintable() or (ascii and not label.isascii()):
-            raise BadInput(
-                f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters."
-            )
+            raise BadInput(f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters.")
     if width < NARROWEST:
         raise BadInput(f"A diagram {width} columns wide cannot be read; give {NARROWEST} or more.")
     left, right = terminals
@@ -177,9 +175,7 @@ def _box(part: _Part, names: dict[int, str]) -> Box:
 
 def _listing(part: _Part, names: dict[int, str], width: int) -> Box:
     assert part.graph is not None
-    return railtext.listing(
-        [_box(child, names)[0] for child in part.children], part.levers, part.graph, width
-    )
+    return railtext.listing([_box(child, names)[0] for child in part.children], part.levers, part.graph, width)
 
 
 def _in_series(boxes: list[Box]) -> Box:

@@ -48,9 +48,7 @@ class Lever(Element):
 
     def _accept(self, number: Fraction) -> None:
         if number == 0:
-            raise BadDevice(
-                f"{self._title} has ratio 0, which holds its far end to the pivot; give any other number."
-            )
+            raise BadDevice(f"{self._title} has ratio 0, which holds its far end to the pivot; give any other number.")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,9 +87,7 @@ class Graph(Network):
             branches.append((u, v, part))
         for *ends, lever in self.levers:
             if len(ends) != 3 or len(set(ends)) != 3 or not isinstance(lever, Lever):
-                raise BadDevice(
-                    f"{(*ends, lever)!r} is not a lever; give (near, pivot, far, Lever), three nodes."
-                )
+                raise BadDevice(f"{(*ends, lever)!r} is not a lever; give (near, pivot, far, Lever), three nodes.")
             a, m, b = (number.setdefault(end, len(number)) for end in ends)
             levers.append((a, m, b, lever))
         object.__setattr__(self, "branches", tuple(branches))
@@ -112,9 +108,7 @@ class Graph(Network):
         blocks = list(nx.biconnected_components(graph))
         if len(blocks) != 1:
             loose = sorted(set(graph) - next(block for block in blocks if {0, 1} <= block))
-            raise BadDevice(
-                f"Node {loose[0]} is on no way from terminal 1 to terminal 0; join it up or leave it out."
-            )
+            raise BadDevice(f"Node {loose[0]} is on no way from terminal 1 to terminal 0; join it up or leave it out.")
 
     @property
     def children(self) -> tuple[Network, ...]:
@@ -199,9 +193,7 @@ class NodalStep:
         matrix = np.zeros((y.shape[1], total, total), dtype=complex)
         matrix[:, :n, :n] = np.einsum("ei,ef,ej->fij", self._incidence, y[self.children], self._incidence)
         scale = np.abs(matrix[:, :n, :n]).max(axis=(1, 2))
-        for j, ((near, pivot, far), ratio) in enumerate(
-            zip(self._triples, levers[self._levers], strict=True)
-        ):
+        for j, ((near, pivot, far), ratio) in enumerate(zip(self._triples, levers[self._levers], strict=True)):
             for node, weight in ((far, 1.0), (pivot, ratio - 1), (near, -ratio)):
                 if node:
                     matrix[:, n + j, node - 1] = matrix[:, node - 1, n + j] = weight * scale

@@ -102,9 +102,7 @@ def _place(network: Network, names: Iterator[str], picture: Layout, x: float, y:
         _place_parallel(network, names, picture, x, y, width)
 
 
-def _place_parallel(
-    network: Network, names: Iterator[str], picture: Layout, x: float, y: float, width: float
-) -> None:
+def _place_parallel(network: Network, names: Iterator[str], picture: Layout, x: float, y: float, width: float) -> None:
     children = network.children  # type: ignore[attr-defined]
     row = y
     for i, child in enumerate(children):

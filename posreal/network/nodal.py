@@ -96,23 +96,17 @@ def _directions(flat: Circuit) -> list[Row]:
     motion: dict[int, Row] = {node: {node: fmpq(1)} for node in range(1, flat.size)} | {0: {}}
     for bar in flat.bars:
         ratio = exact_value(bar.lever)
-        tie = _combined(
-            [(fmpq(1), motion[bar.far]), (ratio - 1, motion[bar.pivot]), (-ratio, motion[bar.near])]
-        )
+        tie = _combined([(fmpq(1), motion[bar.far]), (ratio - 1, motion[bar.pivot]), (-ratio, motion[bar.near])])
         given_up = max((node for node in tie if node != 1), default=None)
         if given_up is None:
             if tie:
-                raise BadDevice(
-                    f"The lever {bar.name} holds the two terminals together; give it another node."
-                )
+                raise BadDevice(f"The lever {bar.name} holds the two terminals together; give it another node.")
             continue
         rule = {node: -weight / tie[given_up] for node, weight in tie.items() if node != given_up}
         for node, row in motion.items():
             if given_up in row:
                 weight = row[given_up]
-                motion[node] = _combined(
-                    [(fmpq(1), {k: v for k, v in row.items() if k != given_up}), (weight, rule)]
-                )
+                motion[node] = _combined([(fmpq(1), {k: v for k, v in row.items() if k != given_up}), (weight, rule)])
     return [_stretch(motion, edge) for edge in flat.edges]
 
 

@@ -122,9 +122,7 @@ class _Reader:
     def network(self) -> Network:
         self.depth += 1
         if self.depth > DEEPEST:
-            raise BadDevice(
-                f"Parentheses are more than {DEEPEST} deep at position {self.at}; write it flatter."
-            )
+            raise BadDevice(f"Parentheses are more than {DEEPEST} deep at position {self.at}; write it flatter.")
         branches = [self.branch()]
         while self.take("|"):
             branches.append(self.branch())
@@ -166,9 +164,7 @@ class _Reader:
             else:
                 lever = self.element("a lever such as 'n=0.5'")
                 if not isinstance(lever, Lever):
-                    raise BadDevice(
-                        f"{ends.group().strip()} names three nodes, which takes a lever such as 'n=0.5'."
-                    )
+                    raise BadDevice(f"{ends.group().strip()} names three nodes, which takes a lever such as 'n=0.5'.")
                 levers.append((u, v, w, lever))
             if self.peek() == "}":
                 break

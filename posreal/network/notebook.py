@@ -23,14 +23,10 @@ def svg(network: Network) -> str:
 
 def html(network: Network) -> str:
     """Picture, or text diagram where the network is large, and table."""
-    drawn = (
-        svg(network) if len(network) <= MOST_DRAWN else f"<pre>{escape(diagram(network, legend=False))}</pre>"
-    )
+    drawn = svg(network) if len(network) <= MOST_DRAWN else f"<pre>{escape(diagram(network, legend=False))}</pre>"
     head = "<tr><th>name</th><th>kind</th><th>value</th><th>exact</th></tr>"
     body = "".join(
-        "<tr>"
-        + "".join(f"<td>{escape(cell)}</td>" for cell in (row.name, row.kind, row.value, row.exact))
-        + "</tr>"
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in (row.name, row.kind, row.value, row.exact)) + "</tr>"
         for row in rows(network)
     )
     return f"<div>{drawn}<table>{head}{body}</table></div>"

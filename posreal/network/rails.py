@@ -65,9 +65,7 @@ class Plan:
         return found
 
 
-def plan(
-    graph: Graph, branches: Sequence[Size], levers: Sequence[Size], margin: float, narrowest: float
-) -> Plan:
+def plan(graph: Graph, branches: Sequence[Size], levers: Sequence[Size], margin: float, narrowest: float) -> Plan:
     """Lay out a graph.
 
     Parameters

@@ -107,9 +107,7 @@ class Response:
     def _read(self, values: ArrayLike, s: ArrayLike) -> tuple[Array, Array]:
         theta = np.asarray(values, dtype=float)
         if theta.shape != (self._count,):
-            raise BadDevice(
-                f"This network takes {self._count} values and got an array of shape {theta.shape}."
-            )
+            raise BadDevice(f"This network takes {self._count} values and got an array of shape {theta.shape}.")
         return theta, np.asarray(s, dtype=complex)
 
 

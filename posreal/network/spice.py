@@ -4,6 +4,9 @@
     force ↔ current           damper c ↔ resistor 1/c        lever ↔ ideal transformer
 
 so that the admittance F/v is the electrical one, I/V.
+
+SPICE adds up admittances at each node in doubles: where elements that meet differ by more than 1e10 at some
+frequency, its answer has lost digits there which `Network.__call__` and `nodal_value` still have.
 """
 
 from __future__ import annotations
@@ -52,9 +55,7 @@ def spice(
     """
     low, high = frequencies
     if not 0 < low < high < float("inf") or per_decade < 1:
-        raise BadInput(
-            f"{low:g} … {high:g} Hz is no range of frequencies; give two positive ones, the lower first."
-        )
+        raise BadInput(f"{low:g} … {high:g} Hz is no range of frequencies; give two positive ones, the lower first.")
     if not title.isprintable():
         raise BadInput(f"The title {title!r} is not one line of text; give one.")
     flat = circuit(network)

@@ -56,11 +56,7 @@ class Element(ABC):
 
     def _check(self) -> None:
         if self.name is not None:
-            if (
-                not isinstance(self.name, str)
-                or not _NAME.fullmatch(self.name)
-                or self.name[0] != self.letter
-            ):
+            if not isinstance(self.name, str) or not _NAME.fullmatch(self.name) or self.name[0] != self.letter:
                 raise BadDevice(
                     f"{self.name!r} cannot name a {self.kind}; take {self.letter}, then letters, digits or _."
                 )
@@ -337,9 +333,7 @@ class _Joined(Network):
         flat: list[Network] = []
         for child in self.children:
             if not isinstance(child, Network):
-                raise BadDevice(
-                    f"{child!r} is not a network; give Spring, Damper, Inerter, or what is made of them."
-                )
+                raise BadDevice(f"{child!r} is not a network; give Spring, Damper, Inerter, or what is made of them.")
             flat.extend(child.children if isinstance(child, type(self)) else (child,))
         if len(flat) < 2:
             raise BadDevice(f"{type(self).__name__} joins two networks or more and got {len(flat)}.")

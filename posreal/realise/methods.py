@@ -12,6 +12,8 @@ from posreal.realise.preamble import Synthesis
 
 Method = Callable[[Rational, Long], Network]
 
+WITH_LEVERS = ("brune",)
+
 METHODS: dict[str, Method] = {
     "foster-1": foster.series_form,
     "foster-2": foster.parallel_form,

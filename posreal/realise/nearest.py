@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from flint import fmpq
@@ -65,6 +66,16 @@ class Repair:
             + (f", with a damper of {self.damper:.3g} N s/m in parallel," if self.damper else ""),
         }[self.way]
         return f"{what} makes it positive real; the admittance changes by up to {self.change:.2g} of itself"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {
+            "way": self.way,
+            "damper": self.damper,
+            "relative_change": self.change,
+            "rational": self.device.to_dict(),
+            "text": str(self),
+        }
 
     def check(self) -> bool:
         """Whether the device is positive real, decided again from scratch."""

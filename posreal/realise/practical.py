@@ -14,6 +14,7 @@ from fractions import Fraction
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from posreal.admittance import Rational
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
@@ -25,7 +26,8 @@ from posreal.realise.fit import Limits, fitted
 from posreal.realise.proof import corners
 
 LARGEST = 5  # elements
-POINTS = 40  # frequencies a decade or fewer, over the band
+POINTS = 40  # frequencies over the band, for fitting
+DENSE = 400  # for measuring the misfit of what was fitted
 SCREEN = 2  # starts in the first round; the best few are tried again
 
 
@@ -64,7 +66,7 @@ def close_network(
         raise BadInput(f"A tolerance of {tolerance:g} makes no sense; give a part of |Y| between 0 and 1.")
     if not 0 < low < high < np.inf:
         raise BadInput(f"The band {low:g} to {high:g} rad/s makes no sense; give 0 < low < high.")
-    omega = np.geomspace(low, high, POINTS)
+    omega, dense = np.geomspace(low, high, POINTS), np.geomspace(low, high, DENSE)
     best = np.inf
     for size in range(1, largest + 1):
         screened: list[tuple[float, int, Network]] = []
@@ -74,9 +76,10 @@ def close_network(
         for misfit, _, network in sorted(screened)[:5]:
             again = fitted(network, y, omega, limits=limits, starts=6, seed=seed + 1)
             misfit, network = min((misfit, network), again[::-1], key=lambda pair: pair[0])
+            misfit = _misfit(network, y, dense)
             best = min(best, misfit)
-            if misfit <= tolerance and (limits is None or limits.broken_by(network) is None):
-                return _shortened(network, y, omega, max(misfit * 1.01, tolerance / 10))
+            if misfit <= tolerance:
+                return _shortened(network, y, dense, misfit, tolerance, limits)
     raise Infeasible(
         f"No network of up to {largest} elements is within {tolerance:g} of the device; the best found is "
         f"off by {best:.2g}, so allow more elements or a larger tolerance."
@@ -90,15 +93,27 @@ def _topologies(size: int) -> Iterator[Network]:
             yield from bridges(stores)
 
 
-def _shortened(network: Network, y: Rational, omega: np.ndarray, allowed: float) -> tuple[Network, float]:
-    """The fewest significant digits that keep the misfit."""
-    s = 1j * omega
-    for digits in (3, 4, 5, 6, 8, 17):
+def _shortened(
+    network: Network,
+    y: Rational,
+    omega: NDArray[np.float64],
+    misfit: float,
+    tolerance: float,
+    limits: Limits | None,
+) -> tuple[Network, float]:
+    """The fewest significant digits that cost little of the tolerance and stay within the limits."""
+    allowed = min(tolerance, misfit + tolerance / 20)
+    for digits in (3, 4, 5, 6, 8, 12):
         short = revalued(network, partial(_rounded, digits))
-        misfit = float(np.max(np.abs(short(s) / y(s) - 1)))
-        if misfit <= allowed:
-            return short, misfit
-    return network, float(np.max(np.abs(network(s) / y(s) - 1)))
+        rough = _misfit(short, y, omega)
+        if rough <= allowed and (limits is None or limits.broken_by(short) is None):
+            return short, rough
+    return network, misfit
+
+
+def _misfit(network: Network, y: Rational, omega: NDArray[np.float64]) -> float:
+    s = 1j * omega
+    return float(np.max(np.abs(np.asarray(network(s)) / np.asarray(y(s)) - 1)))
 
 
 def _rounded(digits: int, part: Element) -> Fraction:

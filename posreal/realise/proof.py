@@ -24,9 +24,9 @@ LARGEST_RESIDUAL = 1e-9
 EXACT_UP_TO = 30  # elements
 DIGITS = 120  # for values: deep networks cancel many
 POINTS = 24  # frequencies; three points each
-FEW_POINTS = 8  # for networks of more than
+LARGE = 40  # elements, above which nodal matrices are large and
+FEW_POINTS = 8  # frequencies have to do
 UNDAMPED = 1e-12  # damping ratio below which a resonance is sharper than element values are exact
-LARGE = 40  # elements, whose nodal matrices are large
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from posreal.realise.digits import shortest
 from posreal.realise.fit import Limits
 from posreal.realise.lift import lifted
 from posreal.realise.long import Long
-from posreal.realise.methods import METHODS
+from posreal.realise.methods import METHODS, WITH_LEVERS
+from posreal.realise.negligible import without_negligible
 from posreal.realise.practical import LARGEST, close_network
 from posreal.realise.proof import Proof, require_proof
 from posreal.realise.refusal import DoesNotApply, Unproven
@@ -177,7 +178,7 @@ def realise(
         If the network's admittance is not the device's; a fault of the program.
     """
     if method == "auto":
-        found = [r for r in realise_all(device) if levers or not r.levers]
+        found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS])
         fit = _close(device, tolerance, band, limits, min(largest, len(found[0].network) - 1), seed)
         return _within([*fit, *found], limits)
     if tolerance is not None:
@@ -257,7 +258,9 @@ def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tu
         arithmetic = attempt.around(target)
         try:
             network = shortest(METHODS[method](target, arithmetic), target, arithmetic)
-            return Realisation(network, method, y, target, require_proof(network, target), lift, notes)
+            network, left_out = without_negligible(network, target)
+            proof = require_proof(network, target)
+            return Realisation(network, method, y, target, proof, lift, (*notes, *left_out))
         except Unproven as failure:
             problem = failure
         except DoesNotApply:

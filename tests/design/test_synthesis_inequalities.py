@@ -15,7 +15,7 @@ from posreal.design.synthesis.damping import Damping
 from posreal.design.synthesis.generalised_plant import generalised_plant
 from posreal.design.synthesis.presented import rounded
 from posreal.design.synthesis.scale import reference
-from posreal.design.synthesis.semidefinite import Ball, Shape
+from posreal.design.synthesis.semidefinite import Shape
 from posreal.design.synthesis.storage import port_hamiltonian
 
 
@@ -32,7 +32,6 @@ def test_h2_optimum_is_the_lyapunov_value(seed):
         {"X": Shape(n, n, symmetric=True)},
         lambda u: np.trace(B.T @ u["X"] @ B, axis1=-2, axis2=-1),
         [lambda u: inequalities.h2(u["X"] @ A, C)],
-        Ball({"X": np.zeros((n, n))}, 1e4, np.zeros((n * n, n * n))),
     )
     found = (B.T @ outcome.unknowns["X"] @ B).item()
     assert found == pytest.approx((B.T @ X @ B).item(), rel=1e-5)

@@ -64,9 +64,7 @@ def _read_block(block: str, parts: dict[str, Network], start: int, end: int | No
 
     def crossed(r: int, c: int) -> bool:
         """A rail with a wire on both sides that does not touch it."""
-        return (
-            rows[r][c] == "│" and (r, c) not in tagged and "r" in wires(r, c - 1) and "l" in wires(r, c + 1)
-        )
+        return rows[r][c] == "│" and (r, c) not in tagged and "r" in wires(r, c - 1) and "l" in wires(r, c + 1)
 
     def point(r: int, c: int, direction: str) -> Hashable:
         return (r, c, "across") if direction in "lr" and crossed(r, c) else (r, c)

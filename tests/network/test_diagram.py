@@ -73,9 +73,7 @@ def test_every_element_is_drawn_once_and_within_the_width(network, width, plain)
 def test_the_lines_alone_tell_the_network(network, width):
     elements = dict(zip(network.names, network.elements(), strict=True))
     drawing = diagram(network, width=width, legend=False)
-    drawn = read_diagram(
-        drawing, {name: part.unnamed() for name, part in elements.items()}, ("body", "bogie")
-    )
+    drawn = read_diagram(drawing, {name: part.unnamed() for name, part in elements.items()}, ("body", "bogie"))
     assert nodal_admittance(drawn) == nodal_admittance(network)
 
 

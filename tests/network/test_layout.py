@@ -13,10 +13,7 @@ def key(point):
 
 def on(point, wire):
     (x0, y0), (x1, y1) = wire
-    return (
-        min(x0, x1) - 1e-6 <= point[0] <= max(x0, x1) + 1e-6
-        and min(y0, y1) - 1e-6 <= point[1] <= max(y0, y1) + 1e-6
-    )
+    return min(x0, x1) - 1e-6 <= point[0] <= max(x0, x1) + 1e-6 and min(y0, y1) - 1e-6 <= point[1] <= max(y0, y1) + 1e-6
 
 
 def read(plan):
@@ -29,8 +26,7 @@ def read(plan):
             if on(point, wire):
                 joined.join(key(wire[0]), key(point))
     branches = [
-        (joined.of(key((e.x, e.y))), joined.of(key((e.x + LENGTH, e.y))), e.element.unnamed())
-        for e in plan.elements
+        (joined.of(key((e.x, e.y))), joined.of(key((e.x + LENGTH, e.y))), e.element.unnamed()) for e in plan.elements
     ]
     return Graph(tuple(branches), terminals=(joined.of(key((0, 0))), joined.of(key((plan.width, 0)))))
 

@@ -13,9 +13,7 @@ from tests.strategies import lever_networks, networks, trees
 def test_a_long_value_lies_on_the_exact_function(network):
     value = nodal_value(network, 1.75j, digits=60)
     with flint.ctx.workprec(200):
-        for part, exact in zip(
-            (value.real, value.imag), nodal_admittance(network).exact_response("7/4"), strict=True
-        ):
+        for part, exact in zip((value.real, value.imag), nodal_admittance(network).exact_response("7/4"), strict=True):
             error = abs(part - arb(exact.numerator) / exact.denominator)
             assert error < arb(10) ** -40 * abs(value)
 

@@ -49,9 +49,7 @@ def test_sensitivities_give_the_slope_along_s(network):
     kinds = np.array([element.letter for element in network.elements()])
     gradient = network.sensitivities(S)
     slope = gradient[kinds == "b"].sum(axis=0) - gradient[kinds == "k"].sum(axis=0)
-    assert slope == pytest.approx(
-        S * derivative(network.admittance(), S), rel=1e-6, abs=1e-6 * abs(network(S)).max()
-    )
+    assert slope == pytest.approx(S * derivative(network.admittance(), S), rel=1e-6, abs=1e-6 * abs(network(S)).max())
 
 
 @given(networks(3))
@@ -59,12 +57,8 @@ def test_each_sensitivity_is_the_exact_difference_quotient(network):
     s, step = Fraction(3, 2), Fraction(1, 10**7)
     gradient = network.sensitivities(1.5)
     for i, (name, value) in enumerate(network.exact_values().items()):
-        up, down = (
-            network.with_values({name: value * t}).admittance().exact_value(s) for t in (1 + step, 1 - step)
-        )
-        assert gradient[i].real == pytest.approx(
-            float((up - down) / (2 * step)), rel=1e-6, abs=1e-9 * abs(float(up))
-        )
+        up, down = (network.with_values({name: value * t}).admittance().exact_value(s) for t in (1 + step, 1 - step))
+        assert gradient[i].real == pytest.approx(float((up - down) / (2 * step)), rel=1e-6, abs=1e-9 * abs(float(up)))
 
 
 @given(lever_networks(2))

@@ -45,10 +45,10 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from flint import arb, arb_mat, arb_series, ctx
+from flint import arb, arb_mat
 
-from posreal.design.bound import series
 from posreal.design.bound.ports import Expansion
+from posreal.design.bound.space import identity, matrix
 from posreal.errors import PosrealError
 
 Array = np.ndarray
@@ -67,7 +67,7 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
     Parameters
     ----------
     expansion : Expansion
-        Ball coefficients of τ, oᵢ, wᵢ; loops that the certificate adds have o = 0 and w = 0.
+        Balls of τ, Oᵢ, Wᵢ.
     C : (r m, q)
         Z = C Cᵀ, loop by loop.
     mu : (r (r − 1)/2, m)
@@ -78,47 +78,43 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
     NotProven
         If M is not certainly positive definite, so that the formula shows nothing.
     """
-    m, r = ctx.cap, len(expansion.w)
-    tau = [series.coefficients(t) for t in expansion.tau]
-    O = [[series.coefficients(o) for o in loop] for loop in expansion.o]
-    w = [series.coefficients(loop) for loop in expansion.w]
-    factor = series.matrix(C)
-    Z = factor * factor.transpose()
-    blocks = [[_block(Z, i * m, j * m, m) for j in range(r)] for i in range(r)]
-    W = [_toeplitz(loop) for loop in w]
+    space, W = expansion.space, expansion.W
+    m, r = space.size, len(W)
+    F = space.basis.transpose()  # row j: Fⱼ flattened
+    tall = arb_mat(m * m, m, F.entries())  # (j, a) × b
+    factor = matrix(C)
+    table = (factor * factor.transpose()).tolist()
+    Z = [[arb_mat([row[j * m : (j + 1) * m] for row in table[i * m : (i + 1) * m]]) for j in range(r)] for i in range(r)]
     M = [[arb(0)] * (r * m) for _ in range(r * m)]
     b = [arb(0)] * (r * m)
-    c = sum((t * t for row in tau for t in row), arb(0))
+    c = sum((t * t for column in expansion.tau for t in column.entries()), arb(0))
     for i in range(r):
-        rows_i = [_toeplitz(o) for o in O[i]]
-        along = blocks[i][0]
+        along = Z[i][0]
         for j in range(1, r):
-            along = along + blocks[i][j]
-        g = _diagonal_sums((along * W[i].transpose()).tolist())
-        for k in range(m):
-            b[i * m + k] = -2 * g[k]
-        for o, t in zip(rows_i, tau, strict=True):
-            pull = (o.transpose() * arb_mat(m, 1, t)).entries()
-            for k in range(m):
-                b[i * m + k] += pull[k]
+            along = along + Z[i][j]
+        g = F * arb_mat(m * m, 1, (along * W[i].transpose()).entries())
+        pull = g * arb(-2)
+        for o, t in zip(expansion.O[i], expansion.tau, strict=True):
+            pull = pull + o.transpose() * t
+        b[i * m : (i + 1) * m] = pull.entries()
         for j in range(i, r):
-            c -= (4 if i == j else 8) * blocks[i][j].trace()
-            part = _correlation(blocks[i][j], _minus_identity(W[i] * W[j].transpose()))
-            for o, p in zip(rows_i, [_toeplitz(q) for q in O[j]], strict=True):
-                add = (o.transpose() * p).tolist()
-                part = [[u + v for u, v in zip(*pair, strict=True)] for pair in zip(part, add, strict=True)]
-            _place(M, part, i * m, j * m)
-    for row, (i, j) in enumerate(combinations(range(r), 2)):
-        weight = [arb(float(value)) for value in mu[row]]
-        difference = arb_series(w[j]) - arb_series(w[i])
-        # Σₙ μₙ d_{n − a}: a product with the reversed multipliers, read backwards
-        product = arb_series(weight[::-1]) * difference
-        hankel = [product[m - 1 - a] / 2 for a in range(m)]
+            c -= (4 if i == j else 8) * Z[i][j].trace()
+            left = arb_mat(m, m * m, (tall * (identity(m) - W[i] * W[j].transpose())).entries())  # Fₖ A
+            right = arb_mat(m, m * m, _times_each(Z[i][j], F, m))
+            part = left * right.transpose()
+            for o, p in zip(expansion.O[i], expansion.O[j], strict=True):
+                part = part + o.transpose() * p
+            _place(M, part.tolist(), i * m, j * m)
+    for weight, (i, j) in zip(mu, combinations(range(r), 2), strict=True):
+        multiplier = matrix(weight[:, None])
+        # Σₖ μₖ (T_d F_a)_kb = (F_aᵀ T_dᵀ μ)_b
+        turned = (W[j] - W[i]).transpose() * multiplier
+        hankel = [(arb_mat(m, m, F_a).transpose() * turned).entries() for F_a in F.tolist()]
         for k in range(m):
-            b[i * m + k] += weight[k]
-            b[j * m + k] -= weight[k]
-            for l in range(m - k):
-                M[i * m + k][j * m + l] += hankel[k + l]
+            b[i * m + k] += multiplier[k, 0]
+            b[j * m + k] -= multiplier[k, 0]
+            for l in range(m):
+                M[i * m + k][j * m + l] += hankel[k][l] / 2
                 M[j * m + l][i * m + k] = M[i * m + k][j * m + l]
     return _last_pivot([[*row, value] for row, value in zip(M, b, strict=True)], b, c)
 
@@ -141,37 +137,9 @@ def _last_pivot(bordered: Rows, b: Sequence[arb], c: arb) -> arb:
     return rows[n - 1][n - 1]
 
 
-def _block(Z: arb_mat, row: int, column: int, m: int) -> arb_mat:
-    table = Z.tolist()
-    return arb_mat(m, m, [table[row + a][column + b] for a in range(m) for b in range(m)])
-
-
-def _toeplitz(x: Sequence[arb]) -> arb_mat:
-    m = len(x)
-    return arb_mat(m, m, [x[a - b] if a >= b else arb(0) for a in range(m) for b in range(m)])
-
-
-def _minus_identity(product: arb_mat) -> arb_mat:
-    """I − product."""
-    m = product.nrows()
-    return arb_mat(m, m, [arb(int(a == b)) - product[a, b] for a in range(m) for b in range(m)])
-
-
-def _diagonal_sums(table: Rows) -> list[arb]:
-    m = len(table)
-    return [sum((table[b + k][b] for b in range(m - k)), arb(0)) for k in range(m)]
-
-
-def _correlation(Z: arb_mat, R: arb_mat) -> Rows:
-    """H[j][k] = ⟨Z, Sⱼ R Sₖᵀ⟩."""
-    m = Z.nrows()
-    table, across = Z.tolist(), R.tolist()
-    H = []
-    for j in range(m):
-        left = arb_mat(m, m - j, [table[j + a][b] for b in range(m) for a in range(m - j)])
-        right = arb_mat(m - j, m, [value for row in across[: m - j] for value in row])
-        H.append(_diagonal_sums((left * right).tolist()))
-    return H
+def _times_each(Z: arb_mat, F: arb_mat, m: int) -> list[arb]:
+    """Z Fⱼ for every j, flattened one after the other."""
+    return [value for row in F.tolist() for value in (Z * arb_mat(m, m, row)).entries()]
 
 
 def _place(M: Rows, part: Rows, row: int, column: int) -> None:

@@ -18,7 +18,7 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 
-from posreal.design.bound.toeplitz import lower
+from posreal.design.bound.sampled import Sampled
 from posreal.errors import BadInput
 
 Array = np.ndarray
@@ -69,50 +69,45 @@ class Form:
         return Z
 
 
-def form(tau: Array, o: Array, w: Array) -> Form:
-    """The affine form of `certificate`'s formulas, assembled by shifting blocks of I − Wᵢ Wⱼᵀ.
-
-    Parameters
-    ----------
-    tau : (rows, m), o : (r, rows, m), w : (r, m)
-    """
-    r, m = w.shape
-    N = r * m
-    W = [lower(loop) for loop in w]
-    O = np.hstack([np.vstack([lower(row) for row in loop]) for loop in o])
-    stacked = tau.ravel()
+def form(data: Sampled) -> Form:
+    """The affine form of `certificate`'s formulas."""
+    r, m, _ = data.W.shape
+    W, F, N = data.W, data.F, r * m
+    O = np.hstack([loop.reshape(-1, m) for loop in data.O])
+    tau = data.tau.ravel()
     p, q = np.triu_indices(N)
     n = len(p)
     links = list(combinations(range(r), 2))
-    c1, b1, M1 = np.zeros(n + len(links) * m), np.zeros((n + len(links) * m, N)), np.zeros((n + len(links) * m, N, N))
+    total = n + len(links) * m
+    c1, b1, M1 = np.zeros(total), np.zeros((total, N)), np.zeros((total, N, N))
     place = np.zeros((N, N), dtype=int)
     place[p, q] = place[q, p] = np.arange(n)
     c1[:n] = np.where(p == q, -4.0, np.where(p % m == q % m, -8.0, 0.0))
     for i in range(r):
+        here = slice(i * m, (i + 1) * m)
+        FW = F @ W[i]  # [k, a, c]
         for j in range(r):
-            A = np.eye(m) - W[i] @ W[j].T
+            there = slice(j * m, (j + 1) * m)
+            FA = F - FW @ W[j].T
+            entries = np.einsum("kac,lbc->abkl", FA, F, optimize=True)
+            rows = place[here, there]
             for a in range(m):
-                for b in range(m):
-                    row = place[i * m + a, j * m + b]
-                    # ⟨E_ab, S_k A S_lᵀ⟩ = A[a − k, b − l], and ⟨E_ab, S_k Wᵢ⟩ = Wᵢ[a − k, b]
-                    M1[row, i * m : i * m + a + 1, j * m : j * m + b + 1] += A[a::-1, b::-1]
-                    b1[row, i * m : i * m + a + 1] -= 2 * W[i][a::-1, b]
-        # an entry p = q stands once in Z, and the loops above met it once; the others twice, as they should
+                # within one block of the diagonal, (a, b) and (b, a) are the same entry of Z
+                np.add.at(M1[:, here, there], rows[a], entries[a])
+                np.add.at(b1[:, here], rows[a], -2 * FW[:, a, :].T)
     for link, (i, j) in enumerate(links):
-        d = w[j] - w[i]
+        # ½ Σₖ μₖ (T_d F_a)_kb
+        hankel = 0.5 * np.einsum("kc,acb->kab", W[j] - W[i], F, optimize=True)
         for k in range(m):
             row = n + link * m + k
             b1[row, i * m + k], b1[row, j * m + k] = 1.0, -1.0
-            for a in range(k + 1):
-                M1[row, i * m + a, j * m : j * m + k - a + 1] = d[k - a :: -1] / 2
-            M1[row] += M1[row].T
-    return Form(float(stacked @ stacked), O.T @ stacked, O.T @ O, c1, b1, M1, np.array([p, q]))
+            M1[row, i * m : (i + 1) * m, j * m : (j + 1) * m] = hankel[k]
+            M1[row, j * m : (j + 1) * m, i * m : (i + 1) * m] = hankel[k].T
+    return Form(float(tau @ tau), O.T @ tau, O.T @ O, c1, b1, M1, np.array([p, q]))
 
 
 def solve(
-    tau: Array,
-    o: Array,
-    w: Array,
+    data: Sampled,
     *,
     tolerance: float = 1e-5,
     growth: float = 10.0,
@@ -122,7 +117,7 @@ def solve(
 
     Parameters
     ----------
-    tau : (rows, m), o : (r, rows, m), w : (r, m)
+    data : Sampled
     tolerance : float
         Gap of the path's last point, relative to ‖τ‖².
     growth : float
@@ -134,8 +129,8 @@ def solve(
     BadInput
         If no starting point exists: with the device's coefficients free the figure is not a definite form.
     """
-    size = float(np.linalg.norm(tau))
-    Q = form(tau / size, o / size, w)
+    size = float(np.linalg.norm(data.tau))
+    Q = form(Sampled(data.tau / size, data.O / size, data.W, data.F))
     y = _start(Q)
     N = len(Q.b0)
     kappa, steps = 10.0 * N, 0
@@ -162,8 +157,9 @@ def solve(
             break
         kappa = min(kappa * growth, last)
     y = best[1]
-    pairs = len(w) * (len(w) - 1) // 2
-    return LiftedSolution(Q.Z(y) * size**2, y[len(Q.pairs[0]) :].reshape(pairs, w.shape[1]) * size**2, best[0] * size**2, steps)
+    r, m, _ = data.W.shape
+    mu = y[len(Q.pairs[0]) :].reshape(r * (r - 1) // 2, m)
+    return LiftedSolution(Q.Z(y) * size**2, mu * size**2, best[0] * size**2, steps)
 
 
 def _start(Q: Form) -> Array:

@@ -14,16 +14,16 @@ A spring or an airspring beside the device closes the open port first; what stan
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from flint import arb, arb_series, ctx, fmpq
+from flint import arb, arb_mat, fmpq
 
 from posreal.admittance import Rational, exact
 from posreal.admittance.exact import to_fmpq
-from posreal.design.bound import series
-from posreal.design.bound.series import Series
+from posreal.design.bound.space import Point, Space, precision
 from posreal.design.problem import Mounting, Problem
 from posreal.errors import BadInput, listed
 from posreal.vehicle import PlanView, QuarterCar, SideView
@@ -73,6 +73,14 @@ class Figure:
     def rows(self) -> list[int]:
         """Indices of the outputs that count."""
         return [self.plant.output(name) for name in self.weights]
+
+    @cached_property
+    def loops(self) -> list[int]:
+        """Ports whose force some output feels; the device's motion in the others does not matter."""
+        ports = [p for p in range(len(self.plant.groups)) if not _unfelt(self.plant, self.rows, p)]
+        if not ports:
+            raise BadInput("no output of this figure feels the device, so there is nothing to bound")
+        return ports
 
     def mobility(self, port: int) -> Rational:
         """P that the device sees at a port, exactly."""
@@ -136,109 +144,118 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
 
 @dataclass(frozen=True)
 class Expansion:
-    """Taylor coefficients at ω0: J² = Σₖ Σ_rows (τ + Σᵢ oᵢ xᵢ)ₖ² over all k, as series of ``ctx.cap`` terms.
+    """Everything on the points' space: z has the coefficients τ + Σᵢ Oᵢ xᵢ there, J² is at least their squares' sum.
 
     Attributes
     ----------
-    tau : one series an output
-    o : o[i][row], for each loop i
-    w : w[i], reflection of each loop
+    space : Space
+    tau : one column (m, 1) an output
+    O : O[i][row], operators (m, m), for each loop i
+    W : operators (m, m), T of each loop's reflection
     """
 
-    tau: list[Series]
-    o: list[list[Series]]
-    w: list[Series]
-
-    def floats(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(rows, m), (loops, rows, m) and (loops, m) midpoints."""
-        return (
-            np.array([series.midpoints(t) for t in self.tau]),
-            np.array([[series.midpoints(o) for o in loop] for loop in self.o]),
-            np.array([series.midpoints(w) for w in self.w]),
-        )
+    space: Space
+    tau: list[arb_mat]
+    O: list[list[arb_mat]]
+    W: list[arb_mat]
 
 
-def expand(figure: Figure, omega0: fmpq, c0: fmpq) -> Expansion:
-    """The figure's expansion at ω0 against a damper c0, at the length and precision in force."""
-    plant, rows, ports = figure.plant, figure.rows, range(len(figure.plant.groups))
-    channels = plant.Bw.shape[1]
-    responses = series.state_space(
+def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
+    """The figure on the space of some points against a damper c0, at the precision in force."""
+    space = Space(tuple(points))
+    plant, rows, ports = figure.plant, figure.rows, figure.loops
+    channels, count = plant.Bw.shape[1], len(rows)
+    direct = np.zeros((count + len(ports), channels + len(ports)))
+    direct[:count, :channels] = plant.Dzw[rows]
+    direct[:count, channels:] = plant.Dzf[np.ix_(rows, ports)]
+    responses = space.state_space(
         plant.A,
-        np.hstack([plant.Bw, plant.Bf]),
-        np.vstack([plant.Cz[rows], plant.Cv]),
-        np.block(
-            [
-                [plant.Dzw[rows], plant.Dzf[rows]],
-                [np.zeros((len(ports), channels + len(ports)))],
-            ]
-        ),
-        omega0,
+        np.hstack([plant.Bw, plant.Bf[:, ports]]),
+        np.vstack([plant.Cz[rows], plant.Cv[ports]]),
+        direct,
     )
-    late = [series.delay(float(seconds), omega0) for seconds in plant.delays]
+    late = [space.delay(float(seconds)) for seconds in plant.delays]
     if plant.shaping is not None:
         H = plant.shaping
-        shape = series.state_space(H.A, H.B, H.C, H.D, omega0)[0][0]
-        late = [shape * part for part in late]
-    driven = [_sum(row[i] * late[i] for i in range(channels)) for row in responses]
-    count = len(rows)
+        shape = space.state_space(H.A, H.B, H.C, H.D)[0][0]
+        late = [space.times(shape, part) for part in late]
+    through = space.operators(late)
+    driven = [_sum(through[i] * row[i] for i in range(channels)) for row in responses]
     around = figure.mounting
-    one, c = series.constant(1), series.constant(c0)
+    one, c, times = space.one, arb(c0), space.times
+    beside = None if around.beside is None else space.rational(around.beside)
+    behind = None if around.behind is None else space.rational(around.behind.inverse())
     tau, o, w = driven[:count], [], []
-    for p in ports:
-        P, V = -responses[count + p][channels + p], driven[count + p]
-        T = [responses[r][channels + p] for r in range(count)]
-        if around.beside is not None:
-            Y = series.rational(around.beside, omega0)
-            closed = one / (one + Y * P)
-            tau = [t + T[r] * V * Y * closed for r, t in enumerate(tau)]
-            P, V, T = P * closed, V * closed, [t * closed for t in T]
-        if around.behind is not None:
-            P = P + one / series.rational(around.behind, omega0)
-        h = one / (one + c * P)
-        tau = [t + T[r] * V * c * h for r, t in enumerate(tau)]
-        o.append([t * V * c * h * h for t in T])
-        w.append((one - c * P) * h)
-    # ∫|z|² dω/2π over the axis is the mean over the circle of |z √(2ω0)/(1 + ζ)|²
-    isometry = one / arb_series([arb(1), arb(1)])
-    scale = 2 * arb(omega0) * arb.pi() * arb(float(plant.density))
+    for i in range(len(ports)):
+        P, V = -responses[count + i][channels + i], driven[count + i]
+        T = [responses[r][channels + i] for r in range(count)]
+        if beside is not None:
+            closed = space.operators([space.over(one, one + times(beside, P))])[0]
+            P, V, T = closed * P, closed * V, [closed * t for t in T]
+            # T V Y/(1 + P Y) with two factors 1/(1 + P Y) in T V, of which one is taken back by 1 + P₀ Y = 1/closed
+            gain = space.operators([closed.solve(V)])[0] * beside
+            tau = [t + times(T[r], gain) for r, t in enumerate(tau)]
+        if behind is not None:
+            P = P + behind
+        h = space.operators([space.over(one, one + P * c)])[0]
+        through_port = [times(t, V) for t in T]
+        tau = [t + h * through_port[r] * c for r, t in enumerate(tau)]
+        o.append([h * (h * t) * c for t in through_port])
+        w.append(h * (one - P * c))
+    scale = arb.pi() * arb(float(plant.density))
     gains = [(scale * arb(figure.weights[plant.outputs[r]])).sqrt() for r in rows]
-    measure = [isometry * series.constant(gain) for gain in gains]
+    measure = space.operators([space.measure])[0]
     return Expansion(
-        [t * measure[r] for r, t in enumerate(tau)],
-        [[part * measure[r] for r, part in enumerate(loop)] for loop in o],
-        w,
+        space,
+        [measure * t * gain for t, gain in zip(tau, gains, strict=True)],
+        [
+            [T * gain for T, gain in zip(space.operators([measure * part for part in loop]), gains, strict=True)]
+            for loop in o
+        ],
+        space.operators(w),
     )
 
 
-def enclosed(figure: Figure, omega0: fmpq, c0: fmpq, length: int, *, digits: int = 40) -> Expansion:
-    """`expand` with the precision doubled until every coefficient is known to so many digits of the largest."""
+def enclosed(figure: Figure, points: Sequence[Point], c0: fmpq, *, digits: int = 30) -> Expansion:
+    """`expand` with the precision doubled until all is known to so many digits of the largest."""
     bits = 256
-    while True:
-        with series.expansion(length, bits):
-            found = expand(figure, omega0, c0)
-            if _fine([*found.tau, *(o for loop in found.o for o in loop), *found.w], digits):
+    while bits <= 1 << 14:
+        with precision(bits):
+            found = expand(figure, points, c0)
+            if _fine([*found.tau, *(o for loop in found.O for o in loop), *found.W, found.space.basis], digits):
                 return found
-        if bits > 1 << 15:
-            raise BadInput(f"the vehicle cannot be expanded at ω0 = {omega0} rad/s; choose another point")
         bits *= 2
+    raise BadInput("the vehicle cannot be evaluated at these points; choose others")
 
 
-def _fine(parts: Sequence[Series], digits: int) -> bool:
+def _fine(parts: Sequence[arb_mat], digits: int) -> bool:
     for part in parts:
-        balls = series.coefficients(part)
+        balls = part.entries()
         if not all(ball.is_finite() for ball in balls):
             return False
-        largest = max(abs(float(ball)) for ball in balls)
+        largest = max(float(ball.abs_upper()) for ball in balls)
         if max(float(ball.rad()) for ball in balls) > 10.0**-digits * largest:
             return False
     return True
 
 
-def _sum(parts: object) -> Series:
-    total = series.constant(0)
-    for part in parts:  # type: ignore[attr-defined]
+def _sum(parts: Iterable[arb_mat]) -> arb_mat:
+    total, *rest = parts
+    for part in rest:
         total = total + part
     return total
+
+
+def _unfelt(plant: Plant, rows: Sequence[int], port: int) -> bool:
+    """Whether no output in `rows` feels a force at the port, exactly."""
+    if np.any(plant.Dzf[rows, port]):
+        return False
+    A, x, out = exact.matrix(plant.A), exact.matrix(plant.Bf[:, port : port + 1]), exact.matrix(plant.Cz[rows])
+    for _ in range(len(plant.A)):
+        if any(value != 0 for value in (out * x).entries()):
+            return False
+        x = A * x
+    return True
 
 
 def _decoupled(plant: Plant) -> bool:
@@ -253,6 +270,3 @@ def _decoupled(plant: Plant) -> bool:
             return False
         x = A * x
     return True
-
-
-__all__ = ["WHOLE_BAND", "Expansion", "Figure", "ctx", "enclosed", "expand", "figure"]

@@ -61,10 +61,20 @@ def descend(
             found[which], least[which] = theta, f
             if not moving.any():
                 break
-            theta, f, g, B, mu, which = theta[moving], f[moving], g[moving], B[moving], mu[moving], which[moving]
+            theta, f, g, B, mu, which = (
+                theta[moving],
+                f[moving],
+                g[moving],
+                B[moving],
+                mu[moving],
+                which[moving],
+            )
             held, slope = held[moving], slope[moving]
         free = ~held
-        matrix = np.where(free[:, :, None] & free[:, None, :], B, 0.0) + (mu[:, None, None] + held[:, :, None]) * unit
+        matrix = (
+            np.where(free[:, :, None] & free[:, None, :], B, 0.0)
+            + (mu[:, None, None] + held[:, :, None]) * unit
+        )
         d = -np.linalg.solve(matrix, slope[:, :, None])[:, :, 0]
         d *= np.minimum(1.0, _LONGEST / np.maximum(np.abs(d).max(axis=1), 1e-300))[:, None]
         trial = np.clip(theta + d, lower, upper)
@@ -94,5 +104,7 @@ def _updated(B: Array, d: Array, Bd: Array, y: Array) -> Array:
     r = mix[:, None] * y + (1 - mix)[:, None] * Bd
     dr = np.einsum("bi,bi->b", d, r)
     safe, safe_r = np.where(usable, dBd, 1.0), np.where(usable, dr, 1.0)
-    change = r[:, :, None] * (r / safe_r[:, None])[:, None, :] - Bd[:, :, None] * (Bd / safe[:, None])[:, None, :]
+    change = (
+        r[:, :, None] * (r / safe_r[:, None])[:, None, :] - Bd[:, :, None] * (Bd / safe[:, None])[:, None, :]
+    )
     return B + np.where(usable[:, None, None], change, 0.0)

@@ -16,6 +16,7 @@ the ride figure then lies, and a spring has c₀ω₀ for its unit, a damper c�
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
 from posreal.design.search.topologies import Form, letters
+from posreal.vehicle import PlanView, QuarterCar, SideView, frequency
 
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped
 
@@ -45,19 +47,37 @@ class Scale:
 
 
 class Ground:
-    """One problem on one frequency grid; see the module."""
+    """One mean-square metric of a problem on one frequency grid; see the module.
 
-    def __init__(self, problem: Problem, panels: int, *, trimmed: bool = False) -> None:
+    Parameters
+    ----------
+    problem : Problem
+    panels : int
+        Panels a decade of the frequency grid.
+    trimmed : bool
+        Whether the lowest frequencies, which carry nothing of the figure, are left out.
+    metric : str, optional
+        One of :func:`mean_square_metrics`; by default the objective (the ride figure where that is a peak).
+    """
+
+    def __init__(
+        self, problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None
+    ) -> None:
         self.problem = problem
         self.vehicle_names = tuple(problem.free)
         self._tied = problem.roles.get("static spring") if problem.free else None
         self.primary_open = any(name != self._tied for name in self.vehicle_names)
-        self.ride: MeanSquare = mean_square(problem, primary_open=self.primary_open, panels=panels)
-        port = self.ride.port
-        keep = slice(_negligible(self.ride) if trimmed else 0, None)
-        self._weight = self.ride.scale * self.ride.rule.weight[keep]
-        self.grid = Grid.at(self.ride.s[keep])
-        self._Tzw, self._Tzf, self._Pvw, self._Pvf = port.Tzw[keep], port.Tzf[keep], port.Pvw[keep], port.Pvf[keep]
+        figure = _figure(problem, metric, self.primary_open, panels)
+        port = figure.port
+        keep = slice(_negligible(figure) if trimmed else 0, None)
+        self._weight = figure.scale * figure.rule.weight[keep]
+        self.grid = Grid.at(figure.s[keep])
+        self._Tzw, self._Tzf, self._Pvw, self._Pvf = (
+            port.Tzw[keep],
+            port.Tzf[keep],
+            port.Pvw[keep],
+            port.Pvf[keep],
+        )
         self._groups = port.groups
         self._alone = set(port.groups) == {"secondary"} and _do_not_couple(self._Pvf)
         mounting = problem.mounting
@@ -82,7 +102,9 @@ class Ground:
         Y, through_network = admittance(form, theta[:, :count], self.grid)
         inner, slope = self._mounted(Y)
         free = dict(zip(self.vehicle_names, np.exp(theta[:, count:]).T, strict=True))
-        shares: dict[str, tuple[str, Array]] = {}  # of a vehicle parameter: the group it stands in, ∂Y/∂ log of it
+        shares: dict[
+            str, tuple[str, Array]
+        ] = {}  # of a vehicle parameter: the group it stands in, ∂Y/∂ log of it
         for name, value in free.items():
             power = 1 if name == "Cpy" else 0
             group = "secondary" if name == self._tied else "primary"
@@ -146,6 +168,33 @@ class Ground:
         share = self._weight * np.abs(self.response("c", best)[0]) ** 2
         omega0 = float(np.exp(share @ np.log(self.grid.s.imag) / share.sum()))
         return Scale(math.exp(float(best[0, 0])), omega0)
+
+
+_DEFLECTION = "deflection_rms_"
+
+
+def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
+    """The metrics of a problem's vehicle that are mean squares over frequency."""
+    match problem.vehicle:
+        case PlanView():
+            return ("Macc", "J1y")
+        case SideView():
+            return ("J1z_L", "J1z_M", "J1z_T", f"{_DEFLECTION}front", f"{_DEFLECTION}rear")
+        case QuarterCar():
+            return ("J1", "J3")
+    raise AssertionError(problem.vehicle)
+
+
+def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int) -> MeanSquare:
+    if metric is not None and metric.startswith(_DEFLECTION):
+        vehicle = problem.vehicle
+        assert isinstance(vehicle, SideView)
+        rule = frequency.gauss(vehicle.wheel_delays[-1], per_decade=panels)
+        plant = vehicle.track()
+        port = plant.responses(rule.omega, f"deflection_{metric.removeprefix(_DEFLECTION)}")
+        return MeanSquare(rule, port, plant.density * 1e6)  # mm²
+    posed = problem if metric is None else dataclasses.replace(problem, objective=metric)
+    return mean_square(posed, primary_open=primary_open, panels=panels)
 
 
 def _negligible(ride: MeanSquare) -> int:

@@ -16,6 +16,7 @@ with the lost element just off its border, is a place from which the larger one 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -112,10 +113,14 @@ def _joined(sign: str, children: list[Part | str]) -> Part | str:
             flat.extend(child[1:] if child[0] == sign else (child,))
     if not flat:
         return left_out
-    share = 2.0 if sign == "+" else 0.5  # two like elements as one: each twice as stiff end to end, half side by side
+    share = (
+        2.0 if sign == "+" else 0.5
+    )  # two like elements as one: each twice as stiff end to end, half side by side
     merged: list[Part] = []
     for child in flat:
-        twin = next((i for i, other in enumerate(merged) if _is_element(child) and other[0] == child[0]), None)
+        twin = next(
+            (i for i, other in enumerate(merged) if _is_element(child) and other[0] == child[0]), None
+        )
         if twin is None:
             merged.append(child)
         else:
@@ -146,12 +151,21 @@ def _crossed(branches: list[Part | str]) -> Part | str:
     return _joined("+", [b, _joined("|", [_joined("+", [e, c]), d])])
 
 
-def start(limit: Limit, values: tuple[float, ...], size: int, lost: float) -> list[float]:
-    """Values of the larger network at its limit: `values` in place, the lost element at `lost`, idle ones at 1."""
-    whole = [1.0] * size
+def start(limit: Limit, values: Sequence[float], lost: float, idle: Sequence[float]) -> list[float]:
+    """Values of the larger network at its limit.
+
+    Parameters
+    ----------
+    limit : Limit
+    values : of the limit's elements
+    lost : float
+        Value of the element that the limit lost.
+    idle : sequence of float
+        Values of elements that went with it, having nothing to hold on to.
+    """
+    whole = list(idle)
     for value, pairs in zip(values, limit.sources, strict=True):
         for index, share in pairs:
             whole[index] = share * value
     whole[limit.lost] = lost
     return whole
-

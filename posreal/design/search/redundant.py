@@ -36,7 +36,7 @@ from itertools import combinations
 
 import networkx as nx
 
-from posreal.design.search.topologies import DUAL, Form, bridged, forms, joined, key, letters, network
+from posreal.design.search.topologies import DUAL, Form, bridged, joined, key, letters, network, topologies
 
 _TRIANGLES = {(0, 1, 2): (3, 4), (2, 3, 4): (0, 1)}
 _STARS = {(0, 2, 3): (1, 4), (1, 2, 4): (0, 3)}
@@ -72,7 +72,10 @@ def _parts(children: tuple[Form, ...]) -> Iterator[tuple[tuple[Form, ...], tuple
     """Two or more of the children of a joint, and the others."""
     for count in range(2, len(children) + 1):
         for chosen in combinations(range(len(children)), count):
-            yield tuple(children[i] for i in chosen), tuple(c for i, c in enumerate(children) if i not in chosen)
+            yield (
+                tuple(children[i] for i in chosen),
+                tuple(c for i, c in enumerate(children) if i not in chosen),
+            )
 
 
 def _exchanged(sign: str, part: tuple[Form, ...]) -> Iterator[Form]:
@@ -101,7 +104,10 @@ def foster_form(form: Form) -> Form:
     # general values: distinct primes, of which no pole and zero meets another
     primes = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
     topology = network(form)
-    values = {name: Fraction(p, primes[-1 - i]) for i, (name, p) in enumerate(zip(topology.names, primes, strict=False))}
+    values = {
+        name: Fraction(p, primes[-1 - i])
+        for i, (name, p) in enumerate(zip(topology.names, primes, strict=False))
+    }
     Y = topology.with_values(values).admittance()
     alone = [letter for letter in (first, second) if _connects(form, letter)]
     # every pair adds one to the degree in s if one of the two is reactive, two if both are
@@ -143,7 +149,7 @@ def classes(size: int) -> dict[Form, Form]:
     """Every topology of up to `size` elements and the kept one that stands for it, itself if it is kept."""
     arrows: nx.DiGraph[Form] = nx.DiGraph()
     for n in range(1, size + 1):
-        for form in forms(n):
+        for form in topologies(n):
             arrows.add_node(form)
             arrows.add_edges_from((form, other) for other in rewritten(form))
     condensed = nx.condensation(arrows)

@@ -26,6 +26,7 @@ from posreal.network import Damper, Inerter, Network, Parallel, Series, Spring, 
 Form: TypeAlias = "str | tuple[Any, ...]"
 
 KINDS = "kcb"
+MOST_WITH_BRIDGES = 6  # elements up to which trees and bridges are every network there is
 DUAL = {"+": "|", "|": "+"}
 _ELEMENT = {"k": Spring, "c": Damper, "b": Inerter}
 # Which branches change places when the terminals do, when the inner nodes do, and when both do.
@@ -88,7 +89,9 @@ def _children(sign: str, size: int, largest: int, bridges: bool) -> Iterator[tup
     """Sets of children, none larger than `largest`, with `size` elements in all: bags of joints and a set of elements."""
     if largest <= 1:
         if size <= len(KINDS):
-            yield from (chosen for chosen in combinations_with_replacement(KINDS, size) if len(set(chosen)) == size)
+            yield from (
+                chosen for chosen in combinations_with_replacement(KINDS, size) if len(set(chosen)) == size
+            )
         return
     inner = joints(DUAL[sign], largest, bridges) + joints("#", largest, bridges)
     for count in range(size // largest + 1):
@@ -100,6 +103,11 @@ def _branchings(size: int) -> Iterator[tuple[Form, ...]]:
     for sizes in product(range(1, size - 3), repeat=5):
         if sum(sizes) == size:
             yield from product(*(forms(n, bridges=True) for n in sizes))
+
+
+def topologies(size: int) -> tuple[Form, ...]:
+    """What is searched: all topologies of up to six elements, all trees of seven."""
+    return forms(size, bridges=size <= MOST_WITH_BRIDGES)
 
 
 @lru_cache
@@ -127,3 +135,9 @@ def network(form: Form) -> Network:
     if form[0] == "#":
         return bridge(*children)
     return (Series if form[0] == "+" else Parallel)(children)
+
+
+def valued(form: Form, values: Sequence[float]) -> Network:
+    """The form as a network with values in N/m, N s/m and kg."""
+    topology = network(form)
+    return topology.with_values(dict(zip(topology.names, (float(value) for value in values), strict=True)))

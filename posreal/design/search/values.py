@@ -114,7 +114,9 @@ def logarithm(ground: Ground, form: Form) -> Callable[[Array], tuple[Array, Arra
     return function
 
 
-def best_values(problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = ()) -> Found:
+def best_values(
+    problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = ()
+) -> Found:
     """The best values found for a topology.
 
     Parameters
@@ -139,7 +141,9 @@ def best_values(problem: Problem, form: Form, settings: Settings, warm: Sequence
     return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
 
 
-def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:
+def screened(
+    ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]
+) -> Array:
     """The best of many random points, and the warm ones."""
     points = box.random(max(_SCREENED, settings.starts), generator(settings.seed, form))
     value, _ = logarithm(ground, form)(points)
@@ -167,11 +171,11 @@ def polished(problem: Problem, form: Form, box: Box, theta: Array) -> tuple[Arra
 _GROUNDS: dict[tuple[object, ...], Ground] = {}
 
 
-def ground(problem: Problem, panels: int, *, trimmed: bool = False) -> Ground:
+def ground(problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None) -> Ground:
     """The ground of a problem, kept: every topology of a search stands on the same one."""
-    name = (problem.vehicle, problem.objective, tuple(problem.free.items()), panels, trimmed)
+    name = (problem.vehicle, problem.objective, tuple(problem.free.items()), panels, trimmed, metric)
     if name not in _GROUNDS:
         if len(_GROUNDS) >= 32:
             _GROUNDS.clear()
-        _GROUNDS[name] = Ground(problem, panels, trimmed=trimmed)
+        _GROUNDS[name] = Ground(problem, panels, trimmed=trimmed, metric=metric)
     return _GROUNDS[name]

@@ -12,6 +12,7 @@ strict lower triangle of J, G, the lower triangle of L, and κ, β. With x = (sI
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import schur
@@ -38,6 +39,11 @@ def resolvent(A: Real, B: Real, C: Real, s: Complex) -> tuple[Complex, Complex]:
     return U @ x, U.conj() @ y
 
 
+@lru_cache(maxsize=64)
+def _lower(n: int, diagonal: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    return np.tril_indices(n, diagonal)
+
+
 @dataclass(frozen=True)
 class Chart:
     """Positive-real functions with `order` states, and optionally a spring and an inerter beside them."""
@@ -55,7 +61,7 @@ class Chart:
     def device(self, theta: Real) -> PortHamiltonian:
         """The device at `theta`."""
         n = self.order
-        skew, lower = np.tril_indices(n, -1), np.tril_indices(n + 1)
+        skew, lower = _lower(n, -1), _lower(n + 1)
         cuts = np.cumsum([len(skew[0]), n, len(lower[0])])
         J, L = np.zeros((n, n)), np.zeros((n + 1, n + 1))
         J[skew] = theta[: cuts[0]]
@@ -78,7 +84,7 @@ class Chart:
         L[range(m, n), range(m, n)] = 1.0
         L[n, :m], L[n, n] = inner[m, :m], inner[m, m]
         beside = [np.sqrt(device.k)] * self.spring + [np.sqrt(device.b)] * self.inerter
-        return np.concatenate([J[np.tril_indices(n, -1)], G, L[np.tril_indices(n + 1)], beside])
+        return np.concatenate([J[_lower(n, -1)], G, L[_lower(n + 1)], beside])
 
     def values(self, theta: Real, s: Complex) -> Complex:
         """Y(s) at every s."""
@@ -99,8 +105,8 @@ class Chart:
         """
         n = self.order
         x, y, v, t = xi[:n], -eta[:n], xi[n], eta[n]
-        i, j = np.tril_indices(n, -1)
-        p, q = np.tril_indices(n + 1)
+        i, j = _lower(n, -1)
+        p, q = _lower(n + 1)
         forward, back = L.T @ xi, L.T @ eta
         rows = [y[i] * x[j] - y[j] * x[i], t * x + v * y, eta[p] * forward[q] + xi[p] * back[q]]
         if self.spring:

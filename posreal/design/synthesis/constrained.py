@@ -75,7 +75,8 @@ def finish_damped(
         values = at(x)
         Y, dY = chart.values_and_slopes(x[:size], criterion.s)
         J, g, by = criterion.value_and_slope(Y, values)
-        return J / unit, np.concatenate([(dY @ g).real, [by[name] * values[name] for name in names]]) / unit
+        by_theta = np.einsum("ij,j->i", dY, g).real
+        return J / unit, np.concatenate([by_theta, [by[name] * values[name] for name in names]]) / unit
 
     memory: dict[str, Any] = {}
 

@@ -56,7 +56,7 @@ def finish(
         J, g, _ = criterion.value_and_slope(Y)
         if not np.isfinite(J):
             return np.inf, np.zeros_like(theta)
-        return J / unit, (dY @ g).real / unit
+        return J / unit, np.einsum("ij,j->i", dY, g).real / unit
 
     best: list[tuple[float, Real]] = [(1.0, theta0)]
 

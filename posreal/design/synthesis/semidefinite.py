@@ -65,7 +65,7 @@ def minimise(
     shapes: Mapping[str, Shape],
     objective: Callable[[Unknowns], Real],
     inequalities: Sequence[Callable[[Unknowns], Real]],
-    ball: Ball,
+    ball: Ball | None = None,
     *,
     iterations: int = 60,
 ) -> Outcome:
@@ -76,7 +76,7 @@ def minimise(
     shapes : mapping of name to Shape
     objective, inequalities : functions of the unknowns (batched along the first axis)
         A number, and symmetric matrices that must be ⪰ 0; both affine.
-    ball : Ball
+    ball : Ball, optional
     iterations : int
         Of the interior-point method.
     """
@@ -89,14 +89,16 @@ def minimise(
         rows.append(-(F[1:] - F[0]).T)
         right.append(F[0])
         cones.append(clarabel.PSDTriangleConeT(_order(F.shape[1])))
-    inside = np.hstack([unknowns[name].reshape(len(probe), -1) for name in ball.centre])[1:].T
-    offset = np.concatenate([part.ravel() for part in ball.centre.values()])
-    rows.append(np.vstack([np.zeros((1, size)), -inside]))
-    right.append(np.concatenate([[ball.radius], -offset]))
-    cones.append(clarabel.SecondOrderConeT(1 + len(offset)))
     value = objective(unknowns)
-    quadratic = 2 * inside.T @ ball.Q @ inside
-    c = value[1:] - value[0] - quadratic @ np.linalg.lstsq(inside, offset, rcond=None)[0]
+    c, quadratic = value[1:] - value[0], np.zeros((size, size))
+    if ball is not None:
+        d = np.hstack([unknowns[name].reshape(len(probe), -1) - centre.ravel() for name, centre in ball.centre.items()])
+        inside = (d[1:] - d[0]).T
+        rows.append(np.vstack([np.zeros((1, size)), -inside]))
+        right.append(np.concatenate([[ball.radius], d[0]]))
+        cones.append(clarabel.SecondOrderConeT(len(inside) + 1))
+        quadratic = 2 * inside.T @ ball.Q @ inside
+        c = c + 2 * inside.T @ ball.Q @ d[0]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = iterations

@@ -17,6 +17,7 @@ from posreal.design.synthesis.chart import Chart
 
 Real = np.ndarray
 
+LOSS = (-1.0, 0.25)  # powers of ten by which the damping in random devices differs: resonant ones among them
 DECADES = (1.0, 3.0)  # spread of the time scales of random devices
 
 
@@ -39,10 +40,8 @@ def random_starts(charts: tuple[Chart, ...], rng: np.random.Generator) -> Iterat
     for decades in cycle(DECADES):
         for chart in charts:
             device = random_port_hamiltonian(chart.order, rng, decades)
-            yield (
-                chart,
-                PortHamiltonian(device.J, device.G, device.L, 1.0 * chart.spring, 1.0 * chart.inerter),
-            )
+            L = device.L * 10 ** rng.uniform(*LOSS)
+            yield chart, PortHamiltonian(device.J, device.G, L, 1.0 * chart.spring, 1.0 * chart.inerter)
 
 
 def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupling: float = 0.1) -> PortHamiltonian:

@@ -10,7 +10,7 @@ import numpy as np
 
 from posreal.admittance import PortHamiltonian, Rational, StateSpace, state_space
 from posreal.design.synthesis import inequalities
-from posreal.design.synthesis.semidefinite import Ball, Shape, minimise
+from posreal.design.synthesis.semidefinite import Shape, minimise
 
 Real = np.ndarray
 
@@ -33,7 +33,6 @@ def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
             lambda u: inequalities.positive_real(form.A, form.B, form.C, form.D, u["P"]),
             lambda u: u["P"] - 1e-9 * np.eye(n),
         ],
-        Ball({"P": np.eye(n)}, 1e9, np.zeros((n * n, n * n))),
     )
     if outcome.unknowns is None:
         return None

@@ -1,0 +1,5 @@
+"""``python -m posreal``."""
+
+from posreal.cli import main
+
+main()

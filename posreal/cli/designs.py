@@ -1,0 +1,208 @@
+"""Commands that put devices into vehicles: evaluate, optimise, synthesise, compare, reproduce."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from posreal.cli.options import (
+    Ascii,
+    AsJson,
+    DeviceWords,
+    Jobs,
+    Objective,
+    Position,
+    ProblemName,
+    Seed,
+    Starts,
+    Stiffness,
+    VehicleFile,
+    Width,
+    Write,
+    job_count,
+    orders,
+    posed,
+    words,
+)
+from posreal.cli.output import (
+    check_paths,
+    network_dict,
+    print_design,
+    print_json,
+    print_network,
+    progress,
+    readable,
+    write_network,
+)
+
+
+def evaluate(
+    problem: ProblemName,
+    device: DeviceWords,
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    sweep: Annotated[
+        str | None, typer.Option(metavar="NAME=FIRST:LAST:COUNT", help="Vary a vehicle parameter, such as V=10:55:10.")
+    ] = None,
+    three_ways: Annotated[
+        bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
+    ] = False,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Print every metric of a device."""
+    from posreal.design import metrics_to_dict, read_design
+    from posreal.study.sweep import read_range
+    from posreal.study.sweep import sweep as vary
+    from posreal.study.three_ways import three_ways as ride
+
+    question = posed(problem, vehicle, position, objective, stiffness)
+    over = None if sweep is None else read_range(sweep)
+    design = read_design(question, words(device))
+    varied = None if over is None else vary(design, *over)
+    ways = ride(design, seed=seed) if three_ways else None
+    if as_json:
+        document: dict[str, Any] = {"problem": question.name, "device": design.to_dict()["device"]}
+        document["metrics"] = metrics_to_dict(design.metrics)
+        if varied is not None:
+            document["sweep"] = varied.to_dict()
+        if ways is not None:
+            document["three_ways"] = ways.to_dict()
+        print_json(document)
+        return
+    print_design(design, heading=f"{question.name}: {' '.join(device)}")
+    for extra in (varied, ways):
+        if extra is not None:
+            print(f"\n{extra}")
+
+
+def optimise(
+    problem: ProblemName,
+    layout: Annotated[list[str], typer.Argument(metavar="LAYOUT...", help="Layouts' names, or TOML files.")],
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    starts: Starts = 6,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+) -> None:
+    """Find the best element values of one or more layouts."""
+    from posreal.design import layout as named
+    from posreal.design import optimise as search
+
+    question = posed(problem, vehicle, position, objective, stiffness)
+    chosen = [named(name) for name in layout]
+    for entry in chosen:
+        entry.require(question)
+    with progress() as say:
+        designs = [
+            search(question, entry, starts=starts, seed=seed, jobs=job_count(jobs), progress=say) for entry in chosen
+        ]
+    if as_json:
+        print_json({"designs": [design.to_dict() for design in designs]})
+        return
+    for number, (entry, design) in enumerate(zip(chosen, designs, strict=True)):
+        print(end="\n" if number else "")
+        print_design(design, heading=f"{question.name}: {design.label}, {entry.network}", draw=True, ascii=ascii)
+
+
+def synthesise(
+    problem: ProblemName,
+    order: Annotated[int, typer.Option(min=0, max=12, help="McMillan degree of the device.")],
+    method: Annotated[str, typer.Option(help="auto, or bmi for the iterated SDPs alone.")] = "auto",
+    realise: Annotated[bool, typer.Option(help="Realise the device as a network.")] = True,
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    starts: Annotated[int | None, typer.Option(min=1, max=10_000, help="Local searches.")] = None,
+    seed: Seed = 0,
+    write: Write = None,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+    width: Width = 100,
+) -> None:
+    """Find the best positive-real admittance of an order, then its network."""
+    from posreal.design import synthesise as search
+    from posreal.study.strut import mounted, realised
+
+    check_paths(write)
+    question = posed(problem, vehicle, position, objective, stiffness)
+    with progress() as say:
+        design = search(question, order, method=method, starts=starts, seed=seed, progress=say)
+        if realise:
+            say("realising the admittance as a network")
+            built, realisation = realised(design)
+    written = write_network(realisation.network, write) if realise else []
+    if as_json:
+        network = {"network": network_dict(realisation, ascii, width)} if realise else {}
+        print_json({"design": (built if realise else design).to_dict(), **network})
+        return
+    assert design.device is not None
+    print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(design.device)}\n")
+    print_design(design, heading=f"{question.name}: synthesised, order {design.order}")
+    if not realise:
+        return
+    print("\nNetwork by ", end="")
+    print_network(realisation, ascii, width, shown=mounted(design.problem, realisation.network))
+    print()
+    print_design(built, heading="The network's own figures, recomputed from the network")
+    print("\n".join(written), end="\n" if written else "")
+
+
+def compare(
+    problem: ProblemName,
+    to_orders: Annotated[
+        str, typer.Option("--orders", help="Orders of the synthesised devices, such as 1,2,3.")
+    ] = "1,2",
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+) -> None:
+    """Layouts and synthesised devices side by side, and the best network."""
+    from posreal.study.compare import compare as side_by_side
+
+    question = posed(problem, vehicle, position, objective, stiffness)
+    with progress() as say:
+        comparison = side_by_side(question, orders=orders(to_orders), seed=seed, jobs=job_count(jobs), progress=say)
+    if as_json:
+        print_json(comparison.to_dict())
+    else:
+        print(comparison.text(ascii=ascii))
+
+
+def reproduce(
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write Figures 3, 4, 7, 8, 9 and 10 as PNG.")
+    ] = None,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Every table and figure of [Jiang2012], published beside computed."""
+    from posreal.study.figures import draw, writable
+    from posreal.study.reproduce import reproduce as tables
+
+    if figures is not None:
+        writable(figures)
+    with progress() as say:
+        reproduction = tables(seed=seed, jobs=job_count(jobs), progress=say)
+        written = [] if figures is None else [str(path) for path in draw(reproduction, figures)]
+    if as_json:
+        print_json(reproduction.to_dict() | {"figures": written})
+        return
+    print(reproduction)
+    for path in written:
+        print(f"wrote {path}")

@@ -1,0 +1,108 @@
+"""``posreal check`` and ``posreal realise``: devices by themselves, outside any vehicle."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from posreal.cli.options import Ascii, AsJson, DeviceWords, Seed, Width, Write, band, number, one_device
+from posreal.cli.output import check_paths, network_dict, print_json, print_network, readable, write_network
+
+Repair = Annotated[
+    str | None,
+    typer.Option(help="Repair a device that misses: parallel or series (smallest damper), or projection (SDP)."),
+]
+
+
+def check(device: DeviceWords, repair: Repair = None, as_json: AsJson = False) -> None:
+    """Decide exactly whether a device is positive real; exit code 0 or 1."""
+    from posreal.admittance import as_rational
+    from posreal.admittance import check as judge
+    from posreal.realise import nearest_positive_real
+
+    admittance = as_rational(one_device(device))
+    verdict = judge(admittance)
+    repaired = None if repair is None else nearest_positive_real(admittance, repair)
+    if as_json:
+        print_json(verdict.to_dict() | ({} if repaired is None else {"repair": repaired.to_dict()}))
+    else:
+        print(verdict)
+        if repaired is not None:
+            print(f"{repaired}\n  {readable(repaired.device, 17)}")
+    if not verdict:
+        raise typer.Exit(1)
+
+
+def realise(
+    device: DeviceWords,
+    method: Annotated[str, typer.Option(help="auto (fewest elements), all, or a method's name.")] = "auto",
+    levers: Annotated[bool, typer.Option("--levers", help="Let auto use levers (Brune).")] = False,
+    repair: Repair = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Let auto take a smaller network within this relative error over the band.")
+    ] = None,
+    over: Annotated[
+        str | None, typer.Option("--band", metavar="LOW:HIGH", help="Band of the tolerance, rad/s.")
+    ] = None,
+    k_min: Annotated[str | None, typer.Option(help="Softest spring that can be built.")] = None,
+    k_max: Annotated[str | None, typer.Option(help="Stiffest spring.")] = None,
+    c_min: Annotated[str | None, typer.Option(help="Weakest damper.")] = None,
+    c_max: Annotated[str | None, typer.Option(help="Strongest damper.")] = None,
+    b_min: Annotated[str | None, typer.Option(help="Smallest inerter.")] = None,
+    b_max: Annotated[str | None, typer.Option(help="Largest inerter.")] = None,
+    seed: Seed = 0,
+    write: Write = None,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+    width: Width = 100,
+) -> None:
+    """Build a network for a device, and prove that it is the device."""
+    from posreal.admittance import as_rational
+    from posreal.realise import Limits, nearest_positive_real, realise_all
+    from posreal.realise import realise as build
+
+    check_paths(write)
+    ends = {"k_min": k_min, "k_max": k_max, "c_min": c_min, "c_max": c_max, "b_min": b_min, "b_max": b_max}
+    units = {"k": "N/m", "c": "N*s/m", "b": "kg"}
+    given = {n: number(f"--{n.replace('_', '-')}", text, units[n[0]]) for n, text in ends.items() if text is not None}
+    limits = Limits(**given) if given else None
+    target = as_rational(one_device(device))
+    changed: list[str] = []
+    if repair is not None:
+        mended = nearest_positive_real(target, repair)
+        target, changed = mended.device, [str(mended)]
+    if method == "all":
+        found = realise_all(target)
+        if as_json:
+            print_json({"networks": [network_dict(r, ascii, width) for r in found], "notes": changed})
+        else:
+            print("\n".join([*changed, _listing(found)]))
+        return
+    realisation = build(target, method, levers=levers, tolerance=tolerance, band=band(over), limits=limits, seed=seed)
+    written = write_network(realisation.network, write)
+    if as_json:
+        print_json({"network": network_dict(realisation, ascii, width), "notes": changed})
+        return
+    for line in changed:
+        print(line)
+    print_network(realisation, ascii, width)
+    print("\n".join(written), end="\n" if written else "")
+
+
+def _listing(found: list[Any]) -> str:
+    """All realisations: counts and the spread of values, which is what a builder looks at."""
+    from posreal.study.text import table
+
+    rows = [
+        [
+            r.method,
+            *(str(n) for n in (len(r.network), r.springs, r.dampers, r.inerters, r.levers)),
+            f"{r.spread:.3g}",
+            f"{r.residual:.1e}",
+            str(r.network) if len(str(r.network)) <= 60 else str(r.network)[:57] + "…",
+        ]
+        for r in found
+    ]
+    header = ["method", "elements", "springs", "dampers", "inerters", "levers", "spread", "residual", "network"]
+    return table(header, rows, "lrrrrrrrl")

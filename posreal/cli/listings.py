@@ -1,0 +1,84 @@
+"""``posreal problems`` and ``posreal layouts``: what there is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from posreal.cli.options import Ascii, AsJson
+from posreal.cli.output import drawn, print_json
+
+if TYPE_CHECKING:
+    from posreal.design import Layout
+
+
+def problems(as_json: AsJson = False) -> None:
+    """List the design problems."""
+    from posreal.design import problems as named
+    from posreal.study.text import table
+
+    entries = named()
+    if as_json:
+        print_json(
+            {
+                "problems": [
+                    {
+                        "name": p.name,
+                        "summary": p.summary,
+                        "objective": p.objective,
+                        "keep": list(p.keep),
+                        "free": {name: [r.lower, r.upper] for name, r in p.free.items()},
+                        "vehicle": p.vehicle.name,
+                    }
+                    for p in entries
+                ]
+            }
+        )
+        return
+    rows = [[p.name, p.objective, ", ".join(p.keep) or "–", ", ".join(p.free) or "–", p.summary] for p in entries]
+    print(table(["problem", "minimises", "keeps", "frees", ""], rows, "lllll"))
+
+
+def layouts(
+    name: Annotated[str | None, typer.Argument(help="A layout's name, or a TOML file.")] = None,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+) -> None:
+    """List the fixed layouts, or draw one."""
+    from posreal.design import layout, problem
+    from posreal.design import layouts as shipped
+    from posreal.study.text import table
+
+    if name is None:
+        entries = shipped()
+        if as_json:
+            print_json({"layouts": [_layout_dict(entry) for entry in entries]})
+        else:
+            print(table(["layout", "network", ""], [[e.name, str(e.network), e.description] for e in entries], "lll"))
+        return
+    entry = layout(name)
+    if as_json:
+        print_json(_layout_dict(entry))
+        return
+    print(f"{entry.name}: {entry.description}\n{entry.network}    [{entry.source}]\n")
+    print(drawn(entry.network, ascii))
+    for row in entry.published:
+        valued = entry.network.with_values(row.values)
+        figures = ", ".join(f"{metric} = {value:g}" for metric, value in row.figures.items())
+        tuned = "".join(f", {parameter} = {value:g}" for parameter, value in row.vehicle.items())
+        note = f" ({row.note})" if row.note else ""
+        print(f"\nTable {row.table}, {problem(row.problem).name}: {figures} at {valued}{tuned}{note}")
+
+
+def _layout_dict(entry: Layout) -> dict[str, Any]:
+    return {
+        "name": entry.name,
+        "network": str(entry.network),
+        "description": entry.description,
+        "source": entry.source,
+        "published": [
+            {"table": r.table, "problem": r.problem, "values": r.values, "vehicle": r.vehicle, "figures": r.figures}
+            for r in entry.published
+        ],
+    }

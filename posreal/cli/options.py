@@ -1,0 +1,117 @@
+"""Arguments and options that several commands share, and how their texts become values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from posreal.errors import BadInput
+
+if TYPE_CHECKING:
+    from posreal.design import Problem
+
+ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="A problem's name; see `posreal problems`.")]
+DeviceWords = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="DEVICE",
+        help="A layout with values (S3 c=2.1e4 b=1.53e4), a network in quotes, an admittance in s, or a file.",
+    ),
+]
+VehicleFile = Annotated[
+    Path | None, typer.Option("--vehicle", metavar="FILE", help="TOML file that overrides vehicle parameters.")
+]
+Position = Annotated[str | None, typer.Option(help="Where ride counts in vertical-comfort: L, M or T.")]
+Objective = Annotated[str | None, typer.Option(help="What quarter-car minimises: J1 or J3.")]
+Stiffness = Annotated[
+    str | None, typer.Option(help="Static stiffness of quarter-car: a number in N/m, or with a unit.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
+Ascii = Annotated[bool, typer.Option("--ascii", help="Draw with ASCII characters only.")]
+Width = Annotated[int, typer.Option(min=20, max=1000, help="Columns that a diagram may take.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of all random choices.")]
+Jobs = Annotated[int, typer.Option(help="Processes that work side by side; -1 for all cores.")]
+Starts = Annotated[int, typer.Option(min=1, max=10_000, help="Local searches.")]
+Write = Annotated[
+    list[Path] | None,
+    typer.Option("--write", metavar="FILE", help="Write the network too: .png .svg .cir .tex .txt or .net."),
+]
+
+DEVICE_FIRST = {"ignore_unknown_options": True}
+"""Settings of a command whose device may start with a minus sign; see :func:`words`."""
+
+
+def posed(
+    name: str,
+    vehicle: Path | None = None,
+    position: str | None = None,
+    objective: str | None = None,
+    stiffness: str | None = None,
+) -> Problem:
+    """The problem that the options describe."""
+    from posreal.design import problem
+
+    k = None if stiffness is None else number("--stiffness", stiffness, "N/m")
+    return problem(name, position=position, objective=objective, stiffness=k, vehicle_file=vehicle)
+
+
+def number(option: str, text: str, unit: str) -> float:
+    """The value of an option, with or without a unit."""
+    from posreal.units import quantity
+
+    try:
+        return quantity(text, unit)
+    except BadInput as error:
+        raise BadInput(f"{option}: {error}") from None
+
+
+def words(given: list[str]) -> list[str]:
+    """The words of a device; a misspelt option is not one of them."""
+    for word in given:
+        if word.startswith("--"):
+            raise BadInput(f"no such option {word}; --help lists the options")
+    return given
+
+
+def one_device(given: list[str]) -> Any:
+    """A device that stands by itself, outside any vehicle."""
+    from posreal.design import read_device
+
+    text = " ".join(words(given))
+    device = read_device(text)
+    if device is None:
+        raise BadInput(f"{text!r} is no device by itself; give a network, an admittance in s, or a file")
+    return device
+
+
+def orders(text: str) -> list[int]:
+    """``1,2,3`` as whole numbers."""
+    try:
+        found = [int(part) for part in text.split(",")]
+    except ValueError:
+        raise BadInput(f"--orders {text!r} is not a list of whole numbers such as 1,2,3") from None
+    if not all(0 <= order <= 12 for order in found):
+        raise BadInput(f"--orders {text!r}: orders are from 0 to 12")
+    return found
+
+
+def job_count(jobs: int) -> int:
+    """A number of processes that joblib takes."""
+    if jobs == 0 or jobs < -1:
+        raise BadInput(f"--jobs {jobs}: give the number of processes, or -1 for all cores")
+    return jobs
+
+
+def band(text: str | None) -> tuple[float, float] | None:
+    """``0.1:100`` as two frequencies in rad/s."""
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(":"))
+        if not 0 < low < high < float("inf"):
+            raise ValueError
+    except ValueError:
+        raise BadInput(f"--band {text!r} is not a band such as 0.1:100, two frequencies in rad/s") from None
+    return low, high

@@ -1,0 +1,126 @@
+"""What the commands print: JSON documents, designs, networks, and progress on standard error."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from posreal.admittance import Rational
+    from posreal.design import Design
+    from posreal.network import Network
+    from posreal.realise import Realisation
+
+
+def print_json(document: Any) -> None:
+    """One JSON document; infinities have no place in it."""
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def drawn(network: Network, ascii: bool = False, width: int = 100) -> str:
+    """The text diagram."""
+    from posreal.network.diagram import diagram
+
+    return diagram(network, ascii=ascii, width=width)
+
+
+def network_dict(realisation: Realisation, ascii: bool, width: int = 100) -> dict[str, Any]:
+    """NETWORK of the JSON interface."""
+    return realisation.to_dict() | {"diagram": drawn(realisation.network, ascii, width)}
+
+
+def print_network(realisation: Realisation, ascii: bool, width: int, *, shown: Network | None = None) -> None:
+    """Diagram (of `shown`, the network in its mounting, if given), element table, notation and proof."""
+    from posreal.network.table import table as elements
+
+    counts = realisation.network.counts
+    print(
+        f"{realisation.method}: {counts.total} elements ({counts.springs} springs, {counts.dampers} dampers, "
+        f"{counts.inerters} inerters" + (f", {counts.levers} levers" if counts.levers else "") + ")"
+    )
+    for note in realisation.notes:
+        print(f"  {note}")
+    print(f"\n{drawn(shown or realisation.network, ascii, width)}\n\n{elements(realisation.network, digits=4)}\n")
+    print(f"{realisation.network}\n")
+    print(f"relative residual of its admittance, recomputed from its graph: {realisation.residual:.1e}")
+
+
+def write_network(network: Network, paths: Sequence[Path] | None) -> list[str]:
+    """Write the files asked for and say which, as lines."""
+    from posreal.study.export import export
+
+    for path in paths or ():
+        export(network, path)
+    return [f"wrote {path}" for path in paths or ()]
+
+
+def check_paths(paths: Sequence[Path] | None) -> None:
+    """Refuse files that cannot be written before any work is done."""
+    from posreal.study.export import checked
+
+    for path in paths or ():
+        checked(path)
+
+
+def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False) -> None:
+    """Every metric of a design, its constraints, and how it was found."""
+    from posreal.study.text import table
+    from posreal.units import engineering
+
+    print(heading)
+    if draw and design.network is not None:
+        print(f"\n{drawn(design.network, ascii)}")
+        tuned = [
+            f"{name} = {engineering(value, 'N/m' if name[0] == 'K' else 'N*s/m', 5)}"
+            for name, value in design.parameters.items()
+            if name not in design.network.names
+        ]
+        if tuned:
+            print("  vehicle: " + ", ".join(tuned))
+    rows = []
+    for name, metric in design.metrics.items():
+        gain = design.improvement(name) if name[0] in "JM" or name.startswith(("max", "deflection")) else None
+        rows.append([name, f"{metric.value:#.6g}", metric.unit, "" if gain is None else f"{gain:+.2f} %", metric.at])
+    print()
+    print(table(["metric", "value", "unit", "better", ""], rows, "lrlrl"))
+    for constraint in design.problem.constraints:
+        held = constraint.margin(design.metrics) >= -1e-9 * abs(constraint.value)
+        print(f"  {constraint}: {'holds' if held else 'VIOLATED'}")
+    if design.found:
+        print("  found by: " + ", ".join(_finding(k, v) for k, v in design.found.items() if v not in ([], ())))
+
+
+def _finding(key: str, value: Any) -> str:
+    parts = value if isinstance(value, list | tuple) else [value]
+    text = "; ".join(f"{part:.7g}" if isinstance(part, float) else str(part) for part in parts)
+    return text if key == "method" else f"{key.replace('_', ' ')} {text}"
+
+
+def readable(device: Rational, digits: int = 8) -> str:
+    """An admittance with coefficients that a person can read (the JSON has them exactly)."""
+
+    def polynomial(coefficients: Sequence[Any]) -> str:
+        terms = []
+        for power in range(len(coefficients) - 1, -1, -1):
+            if coefficients[power] != 0:
+                variable = "" if power == 0 else " s" if power == 1 else f" s^{power}"
+                terms.append(f"{float(coefficients[power]):.{digits}g}{variable}")
+        return " + ".join(terms) or "0"
+
+    return f"({polynomial(device.numerator)}) / ({polynomial(device.denominator)})"
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str], None]]:
+    """A line of progress on standard error, if somebody is looking at it."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda text: None
+        return
+    with console.status("working") as status:
+        yield lambda text: status.update(text)

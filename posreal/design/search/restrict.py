@@ -1,0 +1,33 @@
+"""A problem with upper limits on further metrics: the best comfort for no more than so much deflection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+from posreal.design.problem import Constraint, Problem
+
+
+@dataclass(frozen=True)
+class RestrictedProblem(Problem):
+    """A problem in which some metrics may not exceed given values, in the metrics' own units."""
+
+    limits: tuple[tuple[str, float], ...] = ()
+
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:  # type: ignore[override]
+        """The problem's own constraints and the limits."""
+        own: tuple[Constraint, ...] = Problem.constraints.func(self)  # type: ignore[attr-defined]
+        return own + tuple(Constraint(name, "<=", value, "the limit given") for name, value in self.limits)
+
+
+def restricted(problem: Problem, limits: Mapping[str, float]) -> Problem:
+    """The problem with metrics limited from above; the problem itself if there are no limits."""
+    if not limits:
+        return problem
+    own = {field.name: getattr(problem, field.name) for field in fields(Problem)}
+    already = problem.limits if isinstance(problem, RestrictedProblem) else ()
+    new = RestrictedProblem(**own, limits=(*already, *limits.items()))
+    new.__dict__["default_metrics"] = problem.default_metrics
+    return new

@@ -1,0 +1,266 @@
+"""The best networks of up to N springs, dampers and inerters.
+
+Sizes are searched one after another, from the smallest: the optimum of a network is a start for every larger one that
+has it as a limit (:mod:`~posreal.design.search.limits`). Within a size the topologies are independent of each other, and
+so are the random numbers of each, so that the answer does not depend on who does which, nor on how often the search was
+interrupted. Topologies that cannot bring anything are left out beforehand, by proof
+(:mod:`~posreal.design.search.redundant`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from typing import Any
+
+from posreal.design.problem import Problem
+from posreal.design.search.checkpoint import Checkpoint, fingerprint, number
+from posreal.design.search.constrained import require_smooth
+from posreal.design.search.front import front, tally
+from posreal.design.search.limits import limits as limits_of
+from posreal.design.search.limits import start
+from posreal.design.search.options import checked_at_most, checked_bounds
+from posreal.design.search.redundant import classes
+from posreal.design.search.restrict import restricted
+from posreal.design.search.result import Search
+from posreal.design.search.topologies import Form, key, letters, topologies
+from posreal.design.search.tradeoff import require_metric, tradeoff
+from posreal.design.search.values import COARSE, Found, Settings, best_values, ground
+from posreal.design.search.workers import workers
+from posreal.errors import BadInput
+
+LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
+_WARM = 3  # limits whose optima are starts of a larger network, the best of them
+_OFF = 2.5  # decades from the unit of the element that the limit lost
+_CHUNK = 8  # topologies handed out at a time
+
+
+def search(
+    problem: Problem,
+    elements: int,
+    *,
+    at_most: Mapping[str, int] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    limits: Mapping[str, float] | None = None,
+    metric: str | None = None,
+    starts: int = 8,
+    seed: int = 0,
+    jobs: int = 1,
+    backend: str | None = None,
+    scheduler: str | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Search:
+    """The best network for each number of elements up to `elements`, in the device's place.
+
+    Parameters
+    ----------
+    problem : Problem
+    elements : int
+        The most elements, 1 to 7; the bush or the static spring is not counted. Bridges are searched up to 6.
+    at_most : mapping, optional
+        The most ``springs``, ``dampers``, ``inerters``.
+    bounds : mapping of "k", "c", "b" to (lower, upper), optional
+        In N/m, N s/m and kg, for every element of the kind. Otherwise values are free.
+    limits : mapping of metric name to value, optional
+        Further metrics that may not exceed a value, in their own units.
+    metric : str, optional
+        Trade the objective against this one as well: the front then has several designs of one size.
+    starts : int
+        Random starts for each topology, the best of 64.
+    seed : int
+    jobs : int
+        Processes on this machine; -1 for all cores.
+    backend : {None, "loky", "threading", "dask"}
+    scheduler : str, optional
+        Address of a Dask scheduler, for the dask backend.
+    checkpoint : path, optional
+        File into which results go as they come. If it holds some of this search already, they are not computed again;
+        a search of more elements, or with other numbers in `at_most`, may go on from the same file.
+    progress : function of str, optional
+        Called with one line whenever results come in: how many, how fast, the best so far.
+
+    Returns
+    -------
+    Search
+
+    Raises
+    ------
+    BadInput
+        For a number, metric, backend or checkpoint that cannot be used.
+    """
+    began = time.perf_counter()
+    if isinstance(elements, bool) or not isinstance(elements, int) or not 1 <= elements <= LARGEST:
+        raise BadInput(f"{elements!r} elements cannot be searched; give a number from 1 to {LARGEST}")
+    if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
+        raise BadInput(f"{starts!r} starts: give a number from 1 to 1000")
+    counts = checked_at_most(at_most)
+    settings = Settings(starts, seed, checked_bounds(bounds))
+    posed = restricted(problem, _checked_limits(problem, limits or {}))
+    require_smooth(posed)
+    if metric is not None:
+        require_metric(posed, metric)
+    classed = _classes(elements, bool(settings.bounds))
+    header = _header(posed, settings)
+    found: dict[Form, Found] = {}
+    with (
+        workers(jobs, backend, scheduler) as pool,
+        Checkpoint(checkpoint, header) if checkpoint is not None else nullcontext() as file,
+    ):
+        known = {} if file is None else _records(file, classed)
+        if file is not None and file.trimmed and progress is not None:
+            progress(f"the last line of {file.path} was unfinished and has been cut off")
+        resumed = 0
+        for size in range(1, elements + 1):
+            wanted = [f for f in _of_size(size, counts) if classed[f] == f]
+            done = [known[form] for form in wanted if form in known]
+            resumed += len(done)
+            found.update({one.form: one for one in done})
+            tasks = _tasks(posed, settings, [form for form in wanted if form not in known], found)
+            report = _Progress(progress, posed, size, len(wanted), len(done), found)
+            for results in pool.each(best_of_each, tasks):
+                if file is not None:
+                    file.add([_record(result) for result in results])
+                found.update({result.form: result for result in results})
+                report(len(results))
+        every = [_of_size(size, counts) for size in range(1, elements + 1)]
+        points = front(posed, settings, classed, every, found)
+        if metric is not None:
+            points = tradeoff(posed, settings, metric, points, classed, found, pool)
+    return Search(
+        problem=posed,
+        elements=elements,
+        front=points,
+        tallies=tuple(tally(size, some, classed, found) for size, some in enumerate(every, 1)),
+        metric=metric,
+        found={
+            "method": "every topology, descent on the port's response with exact gradients",
+            "starts": starts,
+            "seed": seed,
+            "seconds": round(time.perf_counter() - began, 2),
+            "resumed": resumed,
+        },
+    )
+
+
+def best_of_each(
+    problem: Problem, settings: Settings, chunk: Sequence[tuple[Form, Sequence[Sequence[float]]]]
+) -> list[Found]:
+    """The best values of some topologies, each with its warm starts: what a worker does."""
+    return [best_values(problem, form, settings, warm) for form, warm in chunk]
+
+
+def _classes(elements: int, bounded: bool) -> Mapping[Form, Form]:
+    """Which topology stands for which; each for itself where values have bounds."""
+    if bounded:
+        return {form: form for size in range(1, elements + 1) for form in topologies(size)}
+    return classes(elements)
+
+
+def _of_size(size: int, at_most: Mapping[str, int]) -> list[Form]:
+    return [
+        form
+        for form in topologies(size)
+        if all(letters(form).count(letter) <= most for letter, most in at_most.items())
+    ]
+
+
+def _tasks(
+    problem: Problem, settings: Settings, wanted: Sequence[Form], found: Mapping[Form, Found]
+) -> list[tuple[Any, ...]]:
+    """Chunks of topologies with their warm starts."""
+    pairs = [(form, warm_starts(problem, form, found)) for form in wanted]
+    return [(problem, settings, pairs[i : i + _CHUNK]) for i in range(0, len(pairs), _CHUNK)]
+
+
+def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> list[list[float]]:
+    """The optima of a topology's best limits, with the lost element near its border."""
+    here = [(found[limit.form], limit) for limit in limits_of(form) if limit.form in found]
+    near = sorted((pair for pair in here if pair[0].feasible), key=lambda pair: pair[0].objective)[:_WARM]
+    units = ground(problem, COARSE, trimmed=True).scale.units(letters(form))
+    made = []
+    for smaller, limit in near:
+        count = len(letters(limit.form))
+        lost = units[limit.lost] * 10 ** (_OFF if limit.locked else -_OFF)
+        values = start(limit, smaller.values[:count], float(lost), units.tolist())
+        made.append([*values, *smaller.values[count:]])
+    return made
+
+
+def _checked_limits(problem: Problem, limits: Mapping[str, float]) -> dict[str, float]:
+    for name, value in limits.items():
+        if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+            raise BadInput(f"the limit of {name} is {value!r}; give a number above 0")
+    return dict(limits)
+
+
+def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
+    """What decides the results, for a checkpoint; the number of elements does not."""
+    identity = {
+        "vehicle": [problem.vehicle.name, dataclasses.asdict(problem.vehicle)],
+        "objective": problem.objective,
+        "constraints": [[c.metric, c.sense, c.value] for c in problem.constraints],
+        "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},
+        "bounds": {kind: list(pair) for kind, pair in settings.bounds.items()},
+    }
+    return {
+        "version": 1,
+        "problem": problem.name,
+        "seed": settings.seed,
+        "starts": settings.starts,
+        "fingerprint": fingerprint(identity),
+    }
+
+
+def _record(found: Found) -> dict[str, Any]:
+    return {
+        "network": key(found.form),
+        "objective": number(found.objective),
+        "values": list(found.values),
+        "agreed": found.agreed,
+    }
+
+
+def _records(file: Checkpoint, classed: Mapping[Form, Form]) -> dict[Form, Found]:
+    """A checkpoint's results by topology; those of sizes that are not wanted now are passed over."""
+    by_key = {key(form): form for form in classed}
+    known = {}
+    for record in file.records:
+        form = by_key.get(record["network"])
+        if form is not None:
+            objective = math.inf if record["objective"] is None else record["objective"]
+            known[form] = Found(form, objective, tuple(record["values"]), record["agreed"])
+    return known
+
+
+class _Progress:
+    """One line whenever results come in."""
+
+    def __init__(
+        self,
+        say: Callable[[str], None] | None,
+        problem: Problem,
+        size: int,
+        total: int,
+        done: int,
+        found: Mapping[Form, Found],
+    ) -> None:
+        self._say, self._problem, self._size, self._total, self._found = say, problem, size, total, found
+        self._done, self._began, self._new = done, time.perf_counter(), 0
+
+    def __call__(self, count: int) -> None:
+        self._new += count
+        if self._say is None:
+            return
+        rate = self._new / max(time.perf_counter() - self._began, 1e-9)
+        done = self._done + self._new
+        filled = round(20 * done / self._total)
+        best = min(self._found.values(), key=lambda one: one.objective)
+        self._say(
+            f"{self._size} elements {'━' * filled}{'─' * (20 - filled)} {done}/{self._total}, {rate:.1f} a second, "
+            f"best {self._problem.objective} {best.objective:.5g} by {key(best.form)}"
+        )

@@ -1,0 +1,45 @@
+"""Elements that do nothing are left out, and nothing else is."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+
+from posreal.admittance import Rational
+from posreal.network import Damper, parse
+from posreal.realise import prove, realise
+from posreal.realise.negligible import without_negligible
+from tests import strategies
+
+
+def test_a_hair_of_a_damper_goes():
+    network = parse("k=2e5 | (c1=2e4 + b=300) | c2=1e-9")
+    target = network.admittance()
+    smaller, said = without_negligible(network, target)
+    assert str(smaller) == "k=200000 | c=20000 + b=300"
+    assert said == ("a damper of 1e-09 N s/m was left out: it does nothing",)
+
+
+def test_a_spring_with_a_corner_of_its_own_stays():
+    """However high that corner is: the device has it, and who does not want it asks for a tolerance."""
+    network = parse("k1=1e24 + c=2e4 + b=300 | k2=1e5")
+    assert without_negligible(network, network.admittance()) == (network, ())
+
+
+@given(strategies.trees(most=6, least=2), strategies.values(30))
+def test_what_is_left_is_the_same_device(network, value):
+    """With a damper of any size beside it: it goes only where it does nothing, and the proof still holds."""
+    whole = network.unnamed() | Damper(value)
+    target = whole.admittance()
+    smaller, said = without_negligible(whole, target)
+    assert len(smaller) == len(whole) - len(said)
+    assert prove(smaller, target).residual < 1e-10
+    if not said:
+        assert smaller == whole
+
+
+def test_boundary_devices_come_out_without_the_hair():
+    touching = Rational.parse("(s^2 + s + 1)/(s^2 + s + 4)")
+    lifted = touching | Rational([1e-14])
+    assert len(realise(lifted).network) == len(realise(touching).network)
+    assert realise(lifted).residual == pytest.approx(0, abs=1e-11)
