@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from posreal.design import problem
@@ -47,3 +49,14 @@ def test_text_and_data_agree(comparison):
         assert f"{row['metrics']['J1z_T']['value']:#.5g}" in text
     assert "Best network, order 2" in text
     assert max(len(line) for line in text.splitlines()) <= 125
+
+
+def test_the_readme_shows_this_comparison(comparison):
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    for row in comparison.rows:
+        (line,) = [line for line in readme.splitlines() if line.startswith(f"  {row.label}  ")]
+        figures = line[len(row.label) + 2 :].split()
+        T = row.metrics["J1z_T"].value
+        assert float(figures[3]) == pytest.approx(T, abs=2e-4)
+        network = strut(row)
+        assert figures[-2] == ("–" if network is None else str(len(network)))

@@ -1,42 +1,42 @@
 """A lower bound on J over all positive-real devices, from one matrix and a few numbers, evaluated in balls.
 
-What is claimed [Pick1916]. Let Y be positive real, of any order, springs, inerters and delays of its own included, and
-let the vehicle be stable with it. Then J² ≥ c − bᵀ M⁻¹ b whenever M ≻ 0, where C, μ and c0 > 0, ω0 > 0 are *any* numbers
-and c, b, M follow from them by the formulas below. No solver, no convexity, and no passivity of the vehicle is used.
+**What is shown.** Let Y be positive real, of any order, springs, inerters and delays included, and let the vehicle be
+stable with it. Then J² ≥ c − bᵀ M⁻¹ b whenever M ≻ 0, where C, μ, the damper c0 > 0 and the points aₖ > 0 are *any*
+numbers, and c, b, M follow from them by the formulas below. No solver is believed, no convexity is used, and the
+vehicle's port need not be passive.
 
-1. *Coordinates.* ζ = (ω0 − s)/(ω0 + s) maps the open right half plane onto the open disc. The device's reflection
-   σ = (Y − c0)/(Y + c0) is a Schur function there, |σ| ≤ 1, if and only if Y is positive real. For a loop i whose port
-   has mobility Pᵢ and reflection wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ), take xᵢ = 2σ/(1 − wᵢσ), which is 2/(1 + wᵢ) times
-   (Y − c0)/c0 over 1 + Pᵢ Y … the device force beyond that of c0: z = (τ + Σ oᵢ xᵢ) w, affine in the xᵢ.
-2. *Where causality enters.* The vehicle with Y is stable, so z is analytic in Re s > 0 with J² its squared H2 norm, and
-   each xᵢ is analytic at ω0. With the isometry √(2ω0)/(1 + ζ) in τ and oᵢ, J² = Σₖ |(τ + Σ oᵢ xᵢ)ₖ|², a sum over Taylor
-   coefficients, and leaving out k > L only makes it smaller. Taylor coefficients at an *interior* point: a function with
-   Re Y ≥ 0 on the axis alone may have a pole inside, or −k/s or −b s on the boundary, and the same numbers would bound
-   nothing. The expansions of τ, oᵢ, wᵢ need only exist at ω0, so an open vehicle that is unstable is no obstacle.
-3. *Positive realness, truncated.* |σ| ≤ 1 in the disc ⇔ every I − ΣΣᵀ ⪰ 0 with Σ = T_σ, the lower-triangular Toeplitz
-   matrix of the first L + 1 coefficients [Schur1917]. With Xᵢ = T_{xᵢ}, Wᵢ = T_{wᵢ}: T of aᵢ = 2 + wᵢxᵢ = 2/(1 − wᵢσ) is
-   2I + XᵢWᵢ, and σaᵢ = xᵢ, so for all loops of the same device at once (block i, j)
+1. *Coordinates.* The device's reflection σ = (Y − c0)/(Y + c0) is analytic with |σ| ≤ 1 in the open right half plane if
+   and only if Y is positive real (or σ ≡ 1: a rigid strut, a limit). In loop i, with port mobility Pᵢ and reflection
+   wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ), put xᵢ = 2σ/(1 − wᵢσ). By algebra (:mod:`ports`), z = (τ + Σ oᵢxᵢ) w: affine in xᵢ.
+2. *Where causality enters.* The vehicle is stable with Y, so z ∈ H2 of the open right half plane, J is its norm, and the
+   xᵢ have no pole there. The norm of the projection on the span K of :mod:`space` is no larger: J² ≥ ‖τ + Σ Oᵢxᵢ‖², with
+   τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's passivity holds as an
+   inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and with them J has
+   no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
+3. *Positive realness on K.* ‖T_f‖ ≤ sup|f| gives I − ΣΣᵀ ⪰ 0 for Σ = σ(S), and by Nevanlinna and Pick that is all that
+   can be said from values at the points [Pick1916, Sarason1967]. With Xᵢ = xᵢ(S), Wᵢ = wᵢ(S), aᵢ = 2 + wᵢxᵢ = 2/(1 − wᵢσ) and
+   σaᵢ = xᵢ, hence for all loops of the same device at once (block i, j)
 
-       Φᵢⱼ(x) = (2I + XᵢWᵢ)(2I + XⱼWⱼ)ᵀ − XᵢXⱼᵀ,    Φ = [aᵢ]ᵢ (I − ΣΣᵀ) [aⱼ]ⱼᵀ ⪰ 0.
+       Φᵢⱼ(x) = (2I + XᵢWᵢ)(2I + XⱼWⱼ)ᵀ − XᵢXⱼᵀ,    Φ = [aᵢ(S)]ᵢ (I − ΣΣᵀ) [aⱼ(S)]ⱼᵀ ⪰ 0.
 
-   One loop: 4I + 2XW + 2(XW)ᵀ − X A Xᵀ ⪰ 0, A = I − WWᵀ; A ⪰ 0 if and only if the port is passive to this order, and
-   then the set is convex. Nothing here needs it to be.
-4. *One device.* xⱼ − xᵢ = ½(wⱼ − wᵢ) xᵢ xⱼ, coefficient by coefficient: the loops hold the same σ.
-5. *Weak duality.* For Z = C Cᵀ ⪰ 0 and any μ, every device has
+   One loop: 4I + 2XW + 2(XW)ᵀ − X A Xᵀ ⪰ 0 with A = I − WWᵀ. A ⪰ 0 where the port is passive, |w| ≤ 1; the set of x is then
+   convex. For the bound itself the sign of A does not matter.
+4. *One device.* xⱼ − xᵢ = ½(wⱼ − wᵢ) xᵢ xⱼ: the loops hold the same σ.
+5. *Weak duality.* For Z = C Cᵀ ⪰ 0 and any μ, every such device has
 
-       J² ≥ ‖τ + Σ Oᵢxᵢ‖² − ⟨Z, Φ(x)⟩ − Σ_{i<j} Σₖ μᵏᵢⱼ (2xⱼ − 2xᵢ − (wⱼ − wᵢ)xᵢxⱼ)ₖ = c + 2bᵀx + xᵀMx ≥ c − bᵀM⁻¹b
+       J² ≥ ‖τ + Σ Oᵢxᵢ‖² − ⟨Z, Φ(x)⟩ − Σ_{i<j} μᵢⱼᵀ(2xⱼ − 2xᵢ − (wⱼ − wᵢ)xᵢxⱼ) = c + 2bᵀx + xᵀMx ≥ c − bᵀM⁻¹b:
 
-   as the second term is ≤ 0 and the third is 0. Comparing coefficients, with S_k the k-step shift,
+   ⟨Z, Φ⟩ ≥ 0, the bracket is 0, and a positive definite form is at least its minimum. With Xᵢ = Σₖ xᵢₖFₖ,
 
-       c    = ‖τ‖² − 4 Σᵢⱼ tr Zᵢⱼ
-       bᵢₖ  = (Oᵢᵀτ)ₖ − 2 Σⱼ ⟨Zᵢⱼ, S_k Wᵢ⟩ + Σ_{j>i} μᵏᵢⱼ − Σ_{j<i} μᵏⱼᵢ
-       Mᵢₖ,ⱼₗ = (OᵢᵀOⱼ)ₖₗ + ⟨Zᵢⱼ, S_k (I − WᵢWⱼᵀ) S_lᵀ⟩ + ½ Σₙ μⁿᵢⱼ (wⱼ − wᵢ)_{n−k−l}     (last term for i < j)
+       c       = ‖τ‖² − 4 Σᵢⱼ tr Zᵢⱼ
+       bᵢₖ     = (Oᵢᵀτ)ₖ − 2 Σⱼ ⟨Zᵢⱼ, FₖWᵢ⟩ + Σ_{j>i} μᵢⱼₖ − Σ_{j<i} μⱼᵢₖ
+       Mᵢₖ,ⱼₗ   = (OᵢᵀOⱼ)ₖₗ + ⟨Zᵢⱼ, Fₖ(I − WᵢWⱼᵀ)Fₗᵀ⟩ + ½ (μᵢⱼᵀ (wⱼ − wᵢ)(S) Fₖ)ₗ     (last term for i < j, and mirrored)
 
-   The best Z and μ are those of the Lagrange dual: of a convex program for one passive port, of Shor's relaxation
-   otherwise [Shor1987]. A loop with w = 0, o = 0 (the reflection σ itself, x = 2σ) may be added; it can only help.
+   The best Z and μ are the dual's: of a convex program for one passive port, of Shor's relaxation otherwise [Shor1987].
+   More points enlarge K, and the best bound never falls.
 
-The formula is evaluated with python-flint's balls: coefficients enclosed (:mod:`series`), Z from the stored C exactly,
-M ≻ 0 by positive pivots of its LDLᵀ factors, whose last pivot, with b and c bordering M, is c − bᵀM⁻¹b.
+The formula is evaluated with python-flint's balls: columns enclosed (:mod:`space`), Z from the stored C exactly, M ≻ 0 by
+positive pivots of its elimination, whose last pivot, with b and c bordering M, is c − bᵀM⁻¹b.
 """
 
 from __future__ import annotations
@@ -99,8 +99,8 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
         b[i * m : (i + 1) * m] = pull.entries()
         for j in range(i, r):
             c -= (4 if i == j else 8) * Z[i][j].trace()
-            left = arb_mat(m, m * m, (tall * (identity(m) - W[i] * W[j].transpose())).entries())  # Fₖ A
-            right = arb_mat(m, m * m, _times_each(Z[i][j], F, m))
+            left = arb_mat(m, m * m, (tall * (identity(m) - W[i] * W[j].transpose())).entries())  # row k: Fₖ A
+            right = arb_mat(m, m * m, _times_each(Z[i][j], F, m))  # row l: Z F_l
             part = left * right.transpose()
             for o, p in zip(expansion.O[i], expansion.O[j], strict=True):
                 part = part + o.transpose() * p

@@ -1,19 +1,21 @@
-"""What a bound is about: a mean-square figure of a vehicle, its ports, and all of it expanded at ω0.
+"""What a bound is about: a mean-square figure of a vehicle and the loops that its device closes.
 
 Behind everything that stands in a port whatever the device is, one device of admittance Y sees
 
-    z = τ w + Σᵢ oᵢ xᵢ w,   xᵢ = 2σ/(1 − wᵢ σ),   σ = (Y − c0)/(Y + c0),   wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ)
+    z = (τ + Σᵢ oᵢ xᵢ) w,   xᵢ = 2σ/(1 − wᵢ σ),   σ = (Y − c0)/(Y + c0),   wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ)
 
 σ and wᵢ are the reflections, against a damper c0, of the device and of port i of mobility Pᵢ (the sum over the ports
 that hold the same device). With V the velocity of the port and T the sensitivity of z to its force, device taken out,
 
     τ = Tzw + Σᵢ c0 hᵢ Tᵢ Vᵢ,   oᵢ = c0 hᵢ² Tᵢ Vᵢ,   hᵢ = 1/(1 + c0 Pᵢ).
 
-A spring or an airspring beside the device closes the open port first; what stands behind it adds its impedance to P.
+A spring or an airspring Y_b beside the device closes the open port first, z and the port's P, V, T with it; what stands
+behind the device adds its impedance to P.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,13 +23,13 @@ from functools import cached_property
 import numpy as np
 from flint import arb, arb_mat, fmpq
 
-from posreal.admittance import Rational, exact
+from posreal.admittance import Rational, exact, state_space
 from posreal.admittance.exact import to_fmpq
-from posreal.design.bound.space import Point, Space, precision
+from posreal.design.bound.space import Space, precision
 from posreal.design.problem import Mounting, Problem
 from posreal.errors import BadInput, listed
-from posreal.vehicle import PlanView, QuarterCar, SideView
-from posreal.vehicle.plant import Plant
+from posreal.vehicle import PlanView, QuarterCar, SideView, covariance
+from posreal.vehicle.plant import Plant, close
 
 WHOLE_BAND = "whole-band H2"
 
@@ -81,6 +83,18 @@ class Figure:
         if not ports:
             raise BadInput("no output of this figure feels the device, so there is nothing to bound")
         return ports
+
+    def measure(self, port: Rational) -> float:
+        """J with an admittance in every port, by covariance over the whole band.
+
+        Raises
+        ------
+        Infeasible
+            If the vehicle is not stable with it.
+        """
+        loop = close(self.plant, {self.plant.groups[0]: state_space(port)})
+        squares = [exact.to_float(weight) * covariance.rms(loop, name) ** 2 for name, weight in self.weights.items()]
+        return math.sqrt(sum(squares))
 
     def mobility(self, port: int) -> Rational:
         """P that the device sees at a port, exactly."""
@@ -160,7 +174,7 @@ class Expansion:
     W: list[arb_mat]
 
 
-def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
+def expand(figure: Figure, points: Sequence[fmpq], c0: fmpq) -> Expansion:
     """The figure on the space of some points against a damper c0, at the precision in force."""
     space = Space(tuple(points))
     plant, rows, ports = figure.plant, figure.rows, figure.loops
@@ -177,12 +191,12 @@ def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
     late = [space.delay(float(seconds)) for seconds in plant.delays]
     if plant.shaping is not None:
         H = plant.shaping
-        shape = space.state_space(H.A, H.B, H.C, H.D)[0][0]
-        late = [space.times(shape, part) for part in late]
+        shape = space.operator(space.state_space(H.A, H.B, H.C, H.D)[0][0])
+        late = [shape * part for part in late]
     through = space.operators(late)
     driven = [_sum(through[i] * row[i] for i in range(channels)) for row in responses]
     around = figure.mounting
-    one, c, times = space.one, arb(c0), space.times
+    one, c = space.one, arb(c0)
     beside = None if around.beside is None else space.rational(around.beside)
     behind = None if around.behind is None else space.rational(around.behind.inverse())
     tau, o, w = driven[:count], [], []
@@ -190,21 +204,21 @@ def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
         P, V = -responses[count + i][channels + i], driven[count + i]
         T = [responses[r][channels + i] for r in range(count)]
         if beside is not None:
-            closed = space.operators([space.over(one, one + times(beside, P))])[0]
+            closed = space.operator(space.over(one, one + space.operator(beside) * P))
+            pushed = space.operator(closed * (space.operator(beside) * V))  # force of what stands beside
+            tau = [t + pushed * T[r] for r, t in enumerate(tau)]
             P, V, T = closed * P, closed * V, [closed * t for t in T]
-            # T V Y/(1 + P Y) with two factors 1/(1 + P Y) in T V, of which one is taken back by 1 + P₀ Y = 1/closed
-            gain = space.operators([closed.solve(V)])[0] * beside
-            tau = [t + times(T[r], gain) for r, t in enumerate(tau)]
         if behind is not None:
             P = P + behind
-        h = space.operators([space.over(one, one + P * c)])[0]
-        through_port = [times(t, V) for t in T]
+        h = space.operator(space.over(one, one + P * c))
+        moved = space.operator(V)
+        through_port = [moved * t for t in T]
         tau = [t + h * through_port[r] * c for r, t in enumerate(tau)]
         o.append([h * (h * t) * c for t in through_port])
         w.append(h * (one - P * c))
     scale = arb.pi() * arb(float(plant.density))
     gains = [(scale * arb(figure.weights[plant.outputs[r]])).sqrt() for r in rows]
-    measure = space.operators([space.measure])[0]
+    measure = space.operator(space.measure)
     return Expansion(
         space,
         [measure * t * gain for t, gain in zip(tau, gains, strict=True)],
@@ -216,7 +230,7 @@ def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
     )
 
 
-def enclosed(figure: Figure, points: Sequence[Point], c0: fmpq, *, digits: int = 30) -> Expansion:
+def enclosed(figure: Figure, points: Sequence[fmpq], c0: fmpq, *, digits: int = 30) -> Expansion:
     """`expand` with the precision doubled until all is known to so many digits of the largest."""
     bits = 256
     while bits <= 1 << 14:

@@ -1,19 +1,21 @@
-"""Functions of s where a bound looks at them: on the span of finitely many poles, enclosed in balls.
+"""Functions of s where a bound looks at them: on the span of a few damped exponentials, enclosed in balls.
 
-Let S + Sᵀ = v vᵀ. The entries of Φ(s) = (sI + S)⁻¹ v are then orthonormal in H2 of the right half plane; their span K is
-orthogonal to an invariant subspace of every multiplication, so that with T_f = P_K f|_K
+For points a₁ … a_m > 0, rad/s, repetitions welcome, the Takenaka–Malmquist functions
 
-    T_f = f(S),    T_f T_g = T_{fg},    ‖T_f‖ ≤ sup |f|,    (⟨Φₖ, f⟩)ₖ = f(S) v  for f in H2 [Takenaka1925, Sarason1967].
+    φₖ(s) = √(2aₖ)/(s + aₖ) ∏_{l<k} (s − a_l)/(s + a_l)
 
-S is block lower triangular, S_jk = vⱼ vₖᵀ below its diagonal blocks, which are
+are orthonormal in H2 of the open right half plane [Takenaka1925]. Their span K is orthogonal to a subspace that every
+multiplication maps into itself, so that with T_f = P_K f|_K [Sarason1967]
 
-    a real point a > 0           [a],                      v = √(2a)
-    a pair λ, λ̄ of points        [[0, |λ|], [−|λ|, p]],    v = (0, √(2p)),    p = 2 Re λ
+    T_f T_g = T_{fg},    ‖T_f‖ ≤ sup |f|,    T_f = f(S),    (⟨φₖ, f⟩)ₖ = f(S) v  for f in H2
 
-and the points, the eigenvalues of S, are where functions are evaluated. All points equal and real: T_f is the Toeplitz
-matrix of Taylor coefficients at that point. The first point is real, so Φ₁ = √(2a)/(s + a) has no zero, a function is
-held by its column f = f(S) e₁, and f(S) = Σ fⱼ Fⱼ with Fⱼ = uⱼ(S), uⱼ = Φⱼ/Φ₁. For a state space the columns obey
-S ⊗ X − A X = e₁ B; a delay is the matrix exponential of −τS.
+where S = T_s is lower triangular with S + Sᵀ = v vᵀ:
+
+    S_kk = aₖ,    S_jk = 2√(aⱼaₖ) for j > k,    vₖ = √(2aₖ).
+
+The points, the eigenvalues of S, are where functions are evaluated. All equal to ω0: T_f is the Toeplitz matrix of the
+Taylor coefficients of f in (s − ω0)/(s + ω0). A function is held by its column f(S) e₁, and T_f = Σ fⱼ Fⱼ with
+Fⱼ = uⱼ(S), uⱼ = φⱼ/φ₁. For a state space the columns obey S ⊗ X − A X = e₁ B; a delay is the exponential of −τS.
 
 Every float that goes in is the rational number it is, every operation rounds outwards: the true columns of *these*
 functions lie in the balls that come out.
@@ -53,13 +55,14 @@ def matrix(entries: Array) -> arb_mat:
     return arb_mat(rows, columns, [arb(float(value)) for value in np.ravel(entries)])
 
 
+def identity(n: int) -> arb_mat:
+    """I of size n."""
+    return arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+
+
 def floats(balls: arb_mat) -> Array:
     """Midpoints."""
     return np.array([float(ball.mid()) for ball in balls.entries()]).reshape(balls.nrows(), balls.ncols())
-
-
-Point = fmpq | tuple[fmpq, fmpq]
-"""A real point a, or a conjugate pair as (|λ|, 2 Re λ); rad/s."""
 
 
 @dataclass(frozen=True)
@@ -68,51 +71,32 @@ class Space:
 
     Attributes
     ----------
-    points : tuple of Point
-        The first one real.
+    points : tuple of fmpq
+        a₁ … a_m, rad/s.
     """
 
-    points: tuple[Point, ...]
+    points: tuple[fmpq, ...]
 
     def __post_init__(self) -> None:
-        good = bool(self.points) and not isinstance(self.points[0], tuple)
-        for point in self.points:
-            if isinstance(point, tuple):
-                good &= point[0] > 0 and 0 < point[1] < 2 * point[0]
-            else:
-                good &= bool(point > 0)
-        if not good:
-            raise BadInput("the points of a bound are in the open right half plane, the first of them real")
+        if not self.points or any(point <= 0 for point in self.points):
+            raise BadInput("the points of a bound lie in the open right half plane: give frequencies above 0 rad/s")
 
-    @cached_property
+    @property
     def size(self) -> int:
         """m, the dimension of K."""
-        return sum(2 if isinstance(point, tuple) else 1 for point in self.points)
+        return len(self.points)
 
     @cached_property
     def v(self) -> list[arb]:
         """v with S + Sᵀ = v vᵀ."""
-        found: list[arb] = []
-        for point in self.points:
-            found += [arb(0), arb(2 * point[1]).sqrt()] if isinstance(point, tuple) else [arb(2 * point).sqrt()]
-        return found
+        return [arb(2 * point).sqrt() for point in self.points]
 
     @cached_property
     def S(self) -> arb_mat:
         """T_s."""
-        m, v = self.size, self.v
-        table = [[v[j] * v[k] if k < j else arb(0) for k in range(m)] for j in range(m)]
-        at = 0
-        for point in self.points:
-            if isinstance(point, tuple):
-                r, p = arb(point[0]), arb(point[1])
-                table[at][at], table[at][at + 1] = arb(0), r
-                table[at + 1][at], table[at + 1][at + 1] = -r, p
-                at += 2
-            else:
-                table[at][at] = arb(point)
-                at += 1
-        return arb_mat(table)
+        v, a = self.v, [arb(point) for point in self.points]
+        m = range(self.size)
+        return arb_mat([[a[j] if j == k else v[j] * v[k] if k < j else arb(0) for k in m] for j in m])
 
     @cached_property
     def one(self) -> arb_mat:
@@ -120,33 +104,25 @@ class Space:
         return arb_mat(self.size, 1, [1] + [0] * (self.size - 1))
 
     @cached_property
+    def measure(self) -> arb_mat:
+        """The column of 1/φ₁: f times it is f(S) v, the coefficients (⟨φₖ, f⟩)ₖ of f in H2."""
+        return (self.S * self.one + self.one * arb(self.points[0])) / self.v[0]
+
+    @cached_property
     def basis(self) -> arb_mat:
         """Every Fⱼ, flattened row by row, as the columns of an (m², m) matrix."""
         m, unit = self.size, identity(self.size)
-        first = arb(self.points[0])
-        passed = (self.S + unit * first) / (2 * first).sqrt()  # 1/Φ₁, times the all-pass factors so far
-        columns: list[list[arb]] = []
-        known: dict[Point, tuple[list[arb_mat], arb_mat]] = {}
-        for point in self.points:
-            if point not in known:
-                known[point] = self._section(point)
-            entries, all_pass = known[point]
-            columns += [(passed * entry).entries() for entry in entries]
-            passed = passed * all_pass
-        return arb_mat(m, m * m, [value for column in columns for value in column]).transpose()
+        rows = [unit.entries()]
+        current = unit
+        steps: dict[tuple[fmpq, fmpq], arb_mat] = {}
+        for a, b in zip(self.points[:-1], self.points[1:], strict=True):
+            if (a, b) not in steps:  # φ_b/φ_a = √(b/a) (s − a)/(s + b)
+                steps[a, b] = (self.S - unit * arb(a)) * (self.S + unit * arb(b)).inv() * (arb(b) / arb(a)).sqrt()
+            current = current * steps[a, b]
+            rows.append(current.entries())
+        return arb_mat(m, m * m, [value for row in rows for value in row]).transpose()
 
-    def _section(self, point: Point) -> tuple[list[arb_mat], arb_mat]:
-        """(s + block)⁻¹ v and the all-pass factor of one point, as functions of S."""
-        S, unit = self.S, identity(self.size)
-        if isinstance(point, tuple):
-            r, p = arb(point[0]), arb(point[1])
-            square = S * S + unit * (r * r)
-            inverse = (square + S * p).inv()
-            gain = (2 * p).sqrt()
-            return [inverse * (-r * gain), S * inverse * gain], (square - S * p) * inverse
-        a = arb(point)
-        inverse = (S + unit * a).inv()
-        return [inverse * (2 * a).sqrt()], (S - unit * a) * inverse
+    # --- functions, each as its column -----------------------------------------------------------------------
 
     def operators(self, columns: Sequence[arb_mat]) -> list[arb_mat]:
         """T_f of each column f."""
@@ -155,14 +131,14 @@ class Space:
         flat = (self.basis * stacked).transpose().entries()
         return [arb_mat(m, m, flat[i * m * m : (i + 1) * m * m]) for i in range(n)]
 
-    def times(self, f: arb_mat, g: arb_mat) -> arb_mat:
-        """The column of a product."""
-        return self.operators([f])[0] * g
+    def operator(self, column: arb_mat) -> arb_mat:
+        """T_f of one column."""
+        return self.operators([column])[0]
 
     def over(self, f: arb_mat, g: arb_mat) -> arb_mat:
         """The column of f/g."""
         try:
-            return self.operators([g])[0].solve(f)
+            return self.operator(g).solve(f)
         except ZeroDivisionError:
             raise BadInput("a function of the vehicle has a pole at one of the bound's points; choose others") from None
 
@@ -178,55 +154,30 @@ class Space:
 
     def delay(self, seconds: float) -> arb_mat:
         """e^{−sτ}."""
-        if not seconds:
-            return self.one
-        return (self.S * arb(-to_fmpq(seconds))).exp() * self.one
+        return (self.S * arb(-to_fmpq(seconds))).exp() * self.one if seconds else self.one
 
     def state_space(self, A: Array, B: Array, C: Array, D: Array) -> list[list[arb_mat]]:
-        """D + C (sI − A)⁻¹ B, each entry as a column."""
-        n, inputs = B.shape
-        out, through, dynamics = matrix(C), matrix(D), matrix(A)
-        drive, felt = matrix(B), arb_mat(n, inputs)  # felt = Σ vₖ Xₖ over what came before
-        inverses: dict[Point, arb_mat] = {}
+        """D + C (sI − A)⁻¹ B, each entry as a column.
+
+        Raises
+        ------
+        BadInput
+            If a point is an eigenvalue of A.
+        """
+        out, through, dynamics, unit = matrix(C), matrix(D), matrix(A), identity(len(A))
+        inverses: dict[fmpq, arb_mat] = {}
+        felt = arb_mat(len(A), B.shape[1])  # Σ vⱼ Xⱼ over the points before
         rows: list[arb_mat] = []
-        at = 0
-        for point in self.points:
-            if point not in inverses:
-                inverses[point] = _shifted_inverse(dynamics, point)
-            if isinstance(point, tuple):
-                # −A X₁ + r X₂ = 0,  −r X₁ + (p − A) X₂ = −v felt
-                r = arb(point[0])
-                first = inverses[point] * felt * (r * self.v[at + 1])
-                found = [first, dynamics * first / r]
-            else:
-                found = [inverses[point] * (felt * (-self.v[at]) + drive if at == 0 else felt * (-self.v[at]))]
-            for x in found:
-                felt = felt + x * self.v[at]
-                rows.append(out * x + through if at == 0 else out * x)
-                at += 1
+        for k, a in enumerate(self.points):
+            # (aₖ − A) Xₖ = δ_{k1} B − vₖ Σ_{j<k} vⱼ Xⱼ
+            if a not in inverses:
+                try:
+                    inverses[a] = (unit * arb(a) - dynamics).inv()
+                except ZeroDivisionError:
+                    raise BadInput(f"the point {a} rad/s is a pole of the vehicle; choose another") from None
+            x = inverses[a] * (matrix(B) if k == 0 else felt * -self.v[k])
+            felt = felt + x * self.v[k]
+            rows.append(out * x + through if k == 0 else out * x)
         return [
-            [arb_mat(self.size, 1, [row[i, j] for row in rows]) for j in range(inputs)] for i in range(len(C))
+            [arb_mat(self.size, 1, [row[i, j] for row in rows]) for j in range(B.shape[1])] for i in range(len(C))
         ]
-
-    @cached_property
-    def measure(self) -> arb_mat:
-        """The column of 1/Φ₁: f times it is f(S) v, the coefficients (⟨Φₖ, f⟩)ₖ of f in H2."""
-        first = arb(self.points[0])
-        return (self.S * self.one + self.one * first) / (2 * first).sqrt()
-
-
-def identity(n: int) -> arb_mat:
-    """I of size n."""
-    return arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
-
-
-def _shifted_inverse(A: arb_mat, point: Point) -> arb_mat:
-    """(a − A)⁻¹, or (A² − pA + |λ|²)⁻¹ for a pair."""
-    unit = identity(A.nrows())
-    try:
-        if isinstance(point, tuple):
-            r, p = arb(point[0]), arb(point[1])
-            return (A * A - A * p + unit * (r * r)).inv()
-        return (unit * arb(point) - A).inv()
-    except ZeroDivisionError:
-        raise BadInput(f"the point {point} rad/s is a pole of the vehicle; choose another") from None

@@ -22,7 +22,7 @@ from posreal.design.search.batch import Array
 from posreal.design.search.ground import Ground, mean_square_metrics
 from posreal.design.search.lateral import LateralLoop
 from posreal.design.search.topologies import Form, letters, valued
-from posreal.design.search.values import COARSE, FINE, Box, Found, Settings, generator, ground, logarithm
+from posreal.design.search.values import FINE, NO_GAIN, Box, Found, Settings, coarse, generator, ground, logarithm
 from posreal.errors import BadInput, listed
 from posreal.vehicle import PlanView
 from posreal.vehicle.metrics import SPEEDS, lateral_rms
@@ -55,10 +55,8 @@ class _Watch:
 class _Program:
     """A problem and a topology as functions of θ on one grid."""
 
-    def __init__(self, problem: Problem, form: Form, panels: int) -> None:
-        self.problem, self.form = problem, form
-        self.ground: Ground = ground(problem, panels, trimmed=True)
-        self._panels = panels
+    def __init__(self, problem: Problem, form: Form, here: Ground) -> None:
+        self.problem, self.form, self.ground = problem, form, here
         lateral = isinstance(problem.vehicle, PlanView)
         self.loop = _loop(problem) if lateral else None
 
@@ -69,7 +67,7 @@ class _Program:
         own = metric in (None, self.problem.objective) or (
             metric == "Macc" and self.problem.objective == "max_yv"
         )
-        here = self.ground if own else ground(self.problem, self._panels, trimmed=True, metric=metric)
+        here = self.ground if own else ground(self.problem, self.ground.panels, trimmed=True, metric=metric)
         batch = logarithm(here, self.form)
 
         def one(theta: Array) -> tuple[float, Array]:
@@ -156,26 +154,29 @@ class _Kept:
 
 
 def best_constrained_values(
-    problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = ()
+    problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = (), limit: float = math.inf
 ) -> Found:
     """As :func:`posreal.design.search.values.best_values`, for a problem with constraints or a peak to minimise."""
-    coarse = _Program(problem, form, COARSE)
-    box = Box(coarse.ground, form, settings)
+    rough = _Program(problem, form, coarse(problem))
+    fine = _Program(problem, form, ground(problem, FINE, trimmed=True))
+    box = Box(rough.ground, form, settings)
     few = _Watch(_FEW)
     ends: list[tuple[float, Array]] = []
-    objective = coarse.figure(None)
-    for start in _starts(coarse, box, settings, warm, few):
-        theta = coarse.solve(start, box, few, iterations=60, tolerance=1e-7)
+    objective = fine.figure(None)
+    for start in _starts(rough, box, settings, warm, few):
+        theta = rough.solve(start, box, few, iterations=60, tolerance=1e-7)
         value = objective(theta)[0]
-        if coarse.shortfall(theta, few) < 1e-3 and math.isfinite(value):
+        if rough.shortfall(theta, few) < 1e-3 and math.isfinite(value):
             ends.append((value, theta))
     ends.sort(key=lambda end: end[0])
+    agreed = sum(value <= ends[0][0] + 1e-3 for value, _ in ends)
     for value, theta in ends[:3]:
-        point = _polished(problem, form, box, theta)
+        if value >= math.log(limit * (1 - NO_GAIN)):
+            # fewer speeds are watched here than there are, and still it is no better than its limit
+            return Found(form, math.exp(value), tuple(np.exp(theta).tolist()), agreed)
+        point = _polished(fine, box, theta)
         if point is not None:
-            figure = math.exp(_Program(problem, form, FINE).figure(None)(point)[0])
-            agreed = sum(other <= value + 1e-3 for other, _ in ends)
-            return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
+            return Found(form, math.exp(objective(point)[0]), tuple(np.exp(point).tolist()), agreed)
     return Found(form, math.inf, (), 0)
 
 
@@ -201,39 +202,35 @@ def _starts(
     return chosen + [np.clip(np.log(np.array(values)), box.lower, box.upper) for values in warm]
 
 
-def _polished(problem: Problem, form: Form, box: Box, theta: Array) -> Array | None:
+def _polished(fine: _Program, box: Box, theta: Array) -> Array | None:
     """A minimum on the fine grid at which all constraints hold at all speeds; None if that is not reached."""
-    fine = _Program(problem, form, FINE)
-    watch = _Watch(_WATCHED if fine.loop is not None else np.array([]), _corrections(problem, form, theta))
+    lateral = fine.loop is not None
+    watch = _Watch(_WATCHED if lateral else np.array([]), _corrections(fine, theta))
     for _ in range(5):
         theta = fine.solve(theta, box, watch, iterations=150, tolerance=1e-12)
-        everywhere = _Watch(
-            SPEEDS if fine.loop is not None else watch.speeds, _corrections(problem, form, theta)
-        )
+        everywhere = _Watch(SPEEDS if lateral else watch.speeds, _corrections(fine, theta))
         if fine.shortfall(theta, everywhere) <= SAFETY / 2:
             return theta
         speeds = watch.speeds
         if fine.loop is not None:
-            floor = next((c.value for c in problem.constraints if c.metric == "Ldmp"), 0.0) / 100
-            speeds = np.union1d(speeds, SPEEDS[fine.loop.least_ratios(form, theta, SPEEDS) < floor])
+            floor = next((c.value for c in fine.problem.constraints if c.metric == "Ldmp"), 0.0) / 100
+            speeds = np.union1d(speeds, SPEEDS[fine.loop.least_ratios(fine.form, theta, SPEEDS) < floor])
         watch = _Watch(speeds, everywhere.correction)
     return None
 
 
-def _corrections(problem: Problem, form: Form, theta: Array) -> dict[str, float]:
+def _corrections(program: _Program, theta: Array) -> dict[str, float]:
     """The paper's sum against the Gauss rule, for a limited lateral ride figure."""
+    problem, form = program.problem, program.form
     limited = [c.metric for c in problem.constraints if c.metric in ("Macc", "J1y")]
     if not limited or not isinstance(problem.vehicle, PlanView):
         return {}
     count = len(letters(form))
     values = np.exp(theta)
     tuned = problem.with_vehicle(dict(zip(problem.free, values[count:].tolist(), strict=True)))
-    device = valued(form, values[:count].tolist())
     assert isinstance(tuned.vehicle, PlanView)
-    summed = lateral_rms(tuned.vehicle, tuned.port(device.admittance()))
-    here = ground(problem, FINE, trimmed=True, metric="Macc" if problem.objective != "max_yv" else None)
-    smooth = float(here.value_and_gradient(form, theta[None, :])[0][0])
-    return {metric: summed / smooth for metric in limited}
+    summed = lateral_rms(tuned.vehicle, tuned.port(valued(form, values[:count].tolist()).admittance()))
+    return {metric: summed / math.exp(program.figure(metric)(theta)[0]) for metric in limited}
 
 
 _LOOPS: dict[tuple[object, ...], LateralLoop] = {}
@@ -244,5 +241,5 @@ def _loop(problem: Problem) -> LateralLoop:
     if name not in _LOOPS:
         if len(_LOOPS) >= 8:
             _LOOPS.clear()
-        _LOOPS[name] = LateralLoop(problem, ground(problem, COARSE, trimmed=True).scale)
+        _LOOPS[name] = LateralLoop(problem, coarse(problem).scale)
     return _LOOPS[name]

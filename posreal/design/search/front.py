@@ -20,13 +20,12 @@ from posreal.design.search.equivalent import fitted, sample
 from posreal.design.search.limits import limits
 from posreal.design.search.result import FrontPoint, RunnerUp, Tally
 from posreal.design.search.topologies import Form, key, letters, valued
-from posreal.design.search.values import COARSE, Found, Settings, generator, ground
+from posreal.design.search.values import NO_GAIN, Found, Settings, coarse, generator
 from posreal.errors import PosrealError
 from posreal.network import Network
 
 BETTER = 1e-5  # relative gain that counts: less than this is the optimiser's, not the network's
 SAME = 1e-5  # relative difference of optima that may be the same
-NO_GAIN = 1e-6  # relative gain over a limit below which a network is that limit
 RUNNERS_UP = 5
 
 
@@ -36,9 +35,14 @@ def least(form: Form, classed: Mapping[Form, Form], found: Mapping[Form, Found])
     return math.inf if one is None else one.objective
 
 
+def least_of_limits(form: Form, classed: Mapping[Form, Form], found: Mapping[Form, Found]) -> float:
+    """The best figure among the networks that a topology becomes when one element goes."""
+    return min((least(limit.form, classed, found) for limit in limits(form)), default=math.inf)
+
+
 def reduces(form: Form, classed: Mapping[Form, Form], found: Mapping[Form, Found]) -> bool:
     """Whether a topology's optimum is one of its limits': an element vanishes or locks."""
-    smaller = min((least(limit.form, classed, found) for limit in limits(form)), default=math.inf)
+    smaller = least_of_limits(form, classed, found)
     return math.isfinite(smaller) and found[form].objective >= smaller * (1 - NO_GAIN)
 
 
@@ -141,7 +145,7 @@ def _with_company(
 ) -> FrontPoint:
     """A point of the front with its equivalents and runners-up."""
     near = {one.form} | {other.form for other in after if other.objective <= one.objective * (1 + SAME)}
-    scale = ground(problem, COARSE, trimmed=True).scale
+    scale = coarse(problem).scale
     points = sample(scale)
     assert design.network is not None
     target = np.asarray(design.network(points))

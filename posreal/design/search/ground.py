@@ -63,7 +63,7 @@ class Ground:
     def __init__(
         self, problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None
     ) -> None:
-        self.problem = problem
+        self.problem, self.panels = problem, panels
         self.vehicle_names = tuple(problem.free)
         self._tied = problem.roles.get("static spring") if problem.free else None
         self.primary_open = any(name != self._tied for name in self.vehicle_names)

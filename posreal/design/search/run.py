@@ -20,7 +20,7 @@ from typing import Any
 from posreal.design.problem import Problem
 from posreal.design.search.checkpoint import Checkpoint, fingerprint, number
 from posreal.design.search.constrained import require_smooth
-from posreal.design.search.front import front, tally
+from posreal.design.search.front import front, least_of_limits, tally
 from posreal.design.search.limits import limits as limits_of
 from posreal.design.search.limits import start
 from posreal.design.search.options import checked_at_most, checked_bounds
@@ -29,7 +29,7 @@ from posreal.design.search.restrict import restricted
 from posreal.design.search.result import Search
 from posreal.design.search.topologies import Form, key, letters, topologies
 from posreal.design.search.tradeoff import require_metric, tradeoff
-from posreal.design.search.values import COARSE, Found, Settings, best_values, ground
+from posreal.design.search.values import Found, Settings, best_values, coarse
 from posreal.design.search.workers import workers
 from posreal.errors import BadInput
 
@@ -120,7 +120,7 @@ def search(
             done = [known[form] for form in wanted if form in known]
             resumed += len(done)
             found.update({one.form: one for one in done})
-            tasks = _tasks(posed, settings, [form for form in wanted if form not in known], found)
+            tasks = _tasks(posed, settings, [form for form in wanted if form not in known], classed, found)
             report = _Progress(progress, posed, size, len(wanted), len(done), found)
             for results in pool.each(best_of_each, tasks):
                 if file is not None:
@@ -148,10 +148,10 @@ def search(
 
 
 def best_of_each(
-    problem: Problem, settings: Settings, chunk: Sequence[tuple[Form, Sequence[Sequence[float]]]]
+    problem: Problem, settings: Settings, chunk: Sequence[tuple[Form, Sequence[Sequence[float]], float]]
 ) -> list[Found]:
-    """The best values of some topologies, each with its warm starts: what a worker does."""
-    return [best_values(problem, form, settings, warm) for form, warm in chunk]
+    """The best values of some topologies, each with its warm starts and its limits' best: what a worker does."""
+    return [best_values(problem, form, settings, warm, limit) for form, warm, limit in chunk]
 
 
 def _classes(elements: int, bounded: bool) -> Mapping[Form, Form]:
@@ -170,10 +170,16 @@ def _of_size(size: int, at_most: Mapping[str, int]) -> list[Form]:
 
 
 def _tasks(
-    problem: Problem, settings: Settings, wanted: Sequence[Form], found: Mapping[Form, Found]
+    problem: Problem,
+    settings: Settings,
+    wanted: Sequence[Form],
+    classed: Mapping[Form, Form],
+    found: Mapping[Form, Found],
 ) -> list[tuple[Any, ...]]:
-    """Chunks of topologies with their warm starts."""
-    pairs = [(form, warm_starts(problem, form, found)) for form in wanted]
+    """Chunks of topologies with their warm starts and the best figure of their limits."""
+    pairs = [
+        (form, warm_starts(problem, form, found), least_of_limits(form, classed, found)) for form in wanted
+    ]
     return [(problem, settings, pairs[i : i + _CHUNK]) for i in range(0, len(pairs), _CHUNK)]
 
 
@@ -181,7 +187,7 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
     """The optima of a topology's best limits, with the lost element near its border."""
     here = [(found[limit.form], limit) for limit in limits_of(form) if limit.form in found]
     near = sorted((pair for pair in here if pair[0].feasible), key=lambda pair: pair[0].objective)[:_WARM]
-    units = ground(problem, COARSE, trimmed=True).scale.units(letters(form))
+    units = coarse(problem).scale.units(letters(form))
     made = []
     for smaller, limit in near:
         count = len(letters(limit.form))

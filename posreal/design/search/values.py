@@ -21,8 +21,10 @@ from posreal.design.search.batch import Array
 from posreal.design.search.descent import descend
 from posreal.design.search.ground import Ground
 from posreal.design.search.topologies import Form, key, letters
+from posreal.vehicle import PlanView
 
-COARSE, FINE, FINEST = 4, 12, 192  # panels a decade of the frequency grids
+FINE, FINEST = 12, 192  # panels a decade of the frequency grids
+NO_GAIN = 1e-5  # relative gain over a limit below which a network is that limit
 SETTLED = 1e-7  # relative change of the figure from one grid to the next that counts as none
 DECADES = 6.0  # to either side of the vehicle's units: how far free values may run
 SPREAD = 2.0  # decades to either side: where random starts lie
@@ -114,8 +116,17 @@ def logarithm(ground: Ground, form: Form) -> Callable[[Array], tuple[Array, Arra
     return function
 
 
+def coarse(problem: Problem) -> Ground:
+    """The grid for screening, good for four digits: panels of the plan view's are not divided by long delays."""
+    return ground(problem, 8 if isinstance(problem.vehicle, PlanView) else 4, trimmed=True)
+
+
 def best_values(
-    problem: Problem, form: Form, settings: Settings, warm: Sequence[Sequence[float]] = ()
+    problem: Problem,
+    form: Form,
+    settings: Settings,
+    warm: Sequence[Sequence[float]] = (),
+    limit: float = math.inf,
 ) -> Found:
     """The best values found for a topology.
 
@@ -126,18 +137,23 @@ def best_values(
     settings : Settings
     warm : sequences of values
         Points to start from besides the random ones.
+    limit : float
+        The best figure of the topology's limits. What comes out no better than this is not worth polishing.
     """
     if problem.constraints or problem.objective == "max_yv":
         from posreal.design.search.constrained import best_constrained_values
 
-        return best_constrained_values(problem, form, settings, warm)
-    coarse = ground(problem, COARSE, trimmed=True)
-    box = Box(coarse, form, settings)
-    starts = screened(coarse, form, box, settings, warm)
-    theta, value = descend(logarithm(coarse, form), starts, box.lower, box.upper)
+        return best_constrained_values(problem, form, settings, warm, limit)
+    rough = coarse(problem)
+    box = Box(rough, form, settings)
+    starts = screened(rough, form, box, settings, warm)
+    theta, value = descend(logarithm(rough, form), starts, box.lower, box.upper)
     best = int(np.argmin(value))
-    agreed = int(np.sum(value <= value[best] + 1e-3))
-    point, figure = polished(problem, form, box, theta[best])
+    agreed = int(np.sum(value[: settings.starts] <= value[best] + 1e-3))
+    point = theta[best]
+    figure = float(ground(problem, FINE, trimmed=True).value_and_gradient(form, point[None, :])[0][0])
+    if figure < limit * (1 - NO_GAIN):
+        point, figure = polished(problem, form, box, point)
     return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
 
 

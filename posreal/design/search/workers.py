@@ -17,7 +17,7 @@ from posreal.errors import BadInput, hint
 
 T = TypeVar("T")
 BACKENDS = ("loky", "threading", "dask")
-_PATIENCE = 20  # seconds for a scheduler to answer
+_PATIENCE = 10  # seconds for a scheduler to answer
 
 
 class Workers:

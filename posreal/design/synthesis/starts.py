@@ -8,7 +8,7 @@ a search that begins on the face is there already. Best devices are often on one
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import cycle
+from itertools import cycle, product
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from posreal.design.synthesis.chart import Chart
 
 Real = np.ndarray
 
-LOSS = (-1.0, 0.25)  # powers of ten by which the damping in random devices differs: resonant ones among them
+LOSSES = ((0.0, 0.0), (-1.0, 0.25))  # range of powers of ten on their damping: resonant devices in the second
 DECADES = (1.0, 3.0)  # spread of the time scales of random devices
 
 
@@ -36,11 +36,11 @@ def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
 
 
 def random_starts(charts: tuple[Chart, ...], rng: np.random.Generator) -> Iterator[tuple[Chart, PortHamiltonian]]:
-    """Random devices on every face in turn, without end."""
-    for decades in cycle(DECADES):
+    """Random devices on every face in turn, without end; every second round with other losses."""
+    for losses, decades in cycle(product(LOSSES, DECADES)):
         for chart in charts:
             device = random_port_hamiltonian(chart.order, rng, decades)
-            L = device.L * 10 ** rng.uniform(*LOSS)
+            L = device.L * 10 ** rng.uniform(*losses)
             yield chart, PortHamiltonian(device.J, device.G, L, 1.0 * chart.spring, 1.0 * chart.inerter)
 
 

@@ -1,0 +1,294 @@
+"""Parts against performance: what every further element buys, beside the fixed layouts and the synthesised devices.
+
+Elements are counted as a designer buys them: without the bush or the static spring, which the vehicle has anyway. A
+synthesised device of order n is the best of *any* network of degree n, so it tells how much a network leaves on the
+table for being small; a bound tells how much anything does.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from posreal.design import Design, layout, layouts, optimise, synthesise
+from posreal.design.search import FrontPoint, Search
+from posreal.errors import BadInput, Infeasible
+from posreal.network.diagram import diagram
+from posreal.study.strut import mounted
+from posreal.study.text import percent, table
+
+
+@dataclass(frozen=True)
+class Pareto:
+    """A search and what it is held against.
+
+    Attributes
+    ----------
+    search : Search
+    layouts : tuple of Design
+        Layouts at their optima.
+    syntheses : tuple of Design
+        Synthesised devices, by order.
+    bound : float or None
+        A lower bound over all devices, in the objective's unit.
+    """
+
+    search: Search
+    layouts: tuple[Design, ...] = ()
+    syntheses: tuple[Design, ...] = ()
+    bound: float | None = None
+
+    def above_synthesis(self, point: FrontPoint) -> float | None:
+        """Per cent by which a network is worse than the best synthesised device of its degree or less."""
+        reached = [d.objective.value for d in self.syntheses if d.order <= point.design.order]
+        if not reached or max(d.order for d in self.syntheses) < point.design.order:
+            return None
+        return 100 * (point.design.objective.value / min(reached) - 1)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def text(self, *, ascii: bool = False) -> str:
+        """The front as a table, with the best network drawn, its equivalents and the runners-up."""
+        search, problem = self.search, self.search.problem
+        unit = search.best.objective.unit
+        has_synthesis = bool(self.syntheses)
+        header = ["elements", "network", f"{problem.objective} [{unit}]", "better", "degree", "k+c+b"]
+        header += [f"{search.metric} [{search.best.metrics[search.metric].unit}]"] if search.metric else []
+        header += ["above synthesis"] if has_synthesis else []
+        rows = []
+        for point in search.front:
+            gap = self.above_synthesis(point)
+            row = [
+                str(point.elements),
+                str(point.network.topology()),
+                f"{point.design.objective.value:#.5g}",
+                percent(point.design.improvement()),
+                str(point.design.order),
+                "+".join(str(count) for count in point.network.counts[:3]),
+            ]
+            row += [f"{point.design.metrics[search.metric].value:#.5g}"] if search.metric else []
+            row += ["–" if gap is None else f"{gap:.2f} %"] if has_synthesis else []
+            rows.append(row)
+        lines = [f"{problem.name}: networks of up to {search.elements} elements in the device's place", ""]
+        lines += [table(header, rows, "ll"), ""]
+        lines += [f"  {note}" for note in self._notes()]
+        best = min(search.front, key=lambda point: point.design.objective.value)
+        lines += ["", f"  Best network ({best.design.objective}):", "", _drawn(best, ascii)]
+        lines += [f"  {name} = {best.design.parameters[name]:.6g}" for name in problem.free]
+        if best.equivalent:
+            lines += ["", "  The same admittance, built otherwise:"]
+            lines += [f"    {_short(network)}" for network in best.equivalent]
+        if best.others:
+            lines += ["", f"  Next best of {best.elements} elements:"]
+            lines += [f"    {other.objective:#.5g}  {_short(other.network)}" for other in best.others]
+        return "\n".join(lines)
+
+    def _notes(self) -> list[str]:
+        search = self.search
+        notes = [f"Subject to {constraint}." for constraint in search.problem.constraints]
+        found = {point.elements for point in search.front}
+        nothing = [str(n) for n in range(1, search.elements + 1) if n not in found]
+        if nothing:
+            notes.append(f"Nothing better than fewer elements was found with {', '.join(nothing)}.")
+        total = sum(tally.topologies for tally in search.tallies)
+        redundant = sum(tally.redundant for tally in search.tallies)
+        reduced = sum(tally.reduced for tally in search.tallies)
+        notes.append(
+            f"{total} topologies: {redundant} left out because another does all they can do, "
+            f"{reduced} whose best values make them a smaller one."
+        )
+        notes += [
+            f"{design.label} ({_bought(design)} elements): {design.objective.value:#.5g}."
+            for design in self.layouts
+        ]
+        if self.bound is not None:
+            notes.append(f"No passive device is better than {self.bound:#.5g}.")
+        return notes
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able: the search, and beside it what it is held against."""
+        document = self.search.to_dict()
+        for point, entry in zip(self.search.front, document["front"], strict=True):
+            entry["above_synthesis_percent"] = self.above_synthesis(point)
+            entry["diagram"] = _drawn(point, False)
+        document["layouts"] = [{"elements": _bought(d), **d.to_dict()} for d in self.layouts]
+        document["syntheses"] = [d.to_dict() for d in self.syntheses]
+        document["bound"] = self.bound
+        return document
+
+    def draw(self, path: str | Path) -> Path:
+        """Draw the front into a file, whose ending decides the format.
+
+        Raises
+        ------
+        BadInput
+            If the file cannot be written in the format of its ending.
+        Infeasible
+            If there is no network to draw.
+        """
+        if not self.search.front:
+            raise Infeasible("there is no front to draw: no network was found that meets the constraints")
+        import matplotlib
+
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+
+        figure, axis = plt.subplots(figsize=(8.4, 5.2), layout="constrained")
+        axis.grid(True, color="0.92", linewidth=0.6)
+        if self.search.metric is None:
+            self._over_elements(axis)
+        else:
+            self._over_metric(axis)
+        problem = self.search.problem
+        axis.set_ylabel(f"{problem.objective} [{self.search.best.objective.unit}]")
+        axis.set_title(f"{problem.name}: {problem.summary}", fontsize=10)
+        try:
+            figure.savefig(path, dpi=150)
+        except (OSError, ValueError) as error:
+            raise BadInput(f"cannot draw into {path}: {error}") from None
+        finally:
+            plt.close(figure)
+        return Path(path)
+
+    def _over_elements(self, axis: Any) -> None:
+        front = self.search.front
+        last = self.search.elements
+        xs = [point.elements for point in front]
+        ys = [point.design.objective.value for point in front]
+        axis.plot([*xs, last + 0.45], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
+        axis.plot(xs, ys, "o", color="C0", label="best network found")
+        for point, x, y in zip(front, xs, ys, strict=True):
+            axis.annotate(
+                f"{y:#.5g}\n{point.network.topology()}",
+                (x, y),
+                xytext=(6, 5),
+                textcoords="offset points",
+                fontsize=7,
+                color="C0",
+            )
+        low, high = min([*ys, *([] if self.bound is None else [self.bound])]), max(ys)
+        for design in self.layouts:
+            x, y = _bought(design), design.objective.value
+            high = max(high, y)
+            axis.plot(x, y, "D", markerfacecolor="white", color="C3", markersize=5, zorder=3)
+            axis.annotate(
+                design.label, (x, y), xytext=(-5, -3), textcoords="offset points", fontsize=8, color="C3", ha="right"
+            )
+        for design in self.syntheses:
+            y = design.objective.value
+            low, high = min(low, y), max(high, y)
+            axis.axhline(y, color="0.45", linewidth=0.8, linestyle="--", zorder=1)
+            axis.annotate(
+                f"any device, order {design.order}",
+                (last + 0.45, y),
+                xytext=(-2, 2),
+                textcoords="offset points",
+                fontsize=7,
+                color="0.35",
+                ha="right",
+            )
+        if self.bound is not None:
+            axis.axhline(self.bound, color="C2", linewidth=1.4)
+            axis.axhspan(self.bound - (high - low), self.bound, color="C2", alpha=0.12, linewidth=0)
+            axis.annotate(
+                "no passive device below", (0.6, self.bound), xytext=(0, 3), textcoords="offset points", fontsize=7,
+                color="C2",
+            )  # fmt: skip
+        margin = 0.08 * (high - low) or 0.05 * high
+        axis.set(xlim=(0.55, last + 0.45), ylim=(low - margin, high + 2 * margin), xticks=range(1, last + 1))
+        axis.set_xlabel("elements in the device's place")
+        if self.layouts:
+            axis.plot([], [], "D", markerfacecolor="white", color="C3", markersize=5, label="layouts at their optima")
+        axis.legend(fontsize=8, loc="upper right")
+
+    def _over_metric(self, axis: Any) -> None:
+        search = self.search
+        assert search.metric is not None
+        for i, elements in enumerate(sorted({point.elements for point in search.front})):
+            points = [point.design for point in search.front if point.elements == elements]
+            pairs = sorted((d.metrics[search.metric].value, d.objective.value) for d in points)
+            axis.plot(*zip(*pairs, strict=True), "o-", color=f"C{i}", label=f"{elements} elements", markersize=4)
+        for design in self.layouts:
+            point = design.metrics[search.metric].value, design.objective.value
+            axis.plot(*point, "D", markerfacecolor="white", color="C3", markersize=5, zorder=3)
+            axis.annotate(design.label, point, xytext=(5, 3), textcoords="offset points", fontsize=8, color="C3")
+        axis.set_xlabel(f"{search.metric} [{search.best.metrics[search.metric].unit}]")
+        axis.legend(fontsize=8)
+
+
+def pareto(
+    search: Search,
+    *,
+    orders: Sequence[int] = (),
+    bound: float | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    progress: Callable[[str], None] | None = None,
+) -> Pareto:
+    """Put a search beside the layouts that fit its problem, synthesised devices and a bound.
+
+    Parameters
+    ----------
+    search : Search
+    orders : sequence of int
+        Orders of synthesised devices; each starts from the one before.
+    bound : float, optional
+    seed, jobs : int
+    progress : function of str, optional
+    """
+    problem = search.problem
+    fitting = [entry for entry in layouts() if entry.fits(problem)]
+    optima = []
+    for entry in fitting:
+        if progress is not None:
+            progress(f"optimising {entry.name}")
+        optima.append(optimise(problem, entry, seed=seed, jobs=jobs))
+    made: list[Design] = []
+    for order in orders:
+        if progress is not None:
+            progress(f"synthesising order {order}")
+        warm = [design.device for design in made]
+        made.append(synthesise(problem, order, seed=seed, warm=warm, progress=progress))
+    return Pareto(search, tuple(optima), tuple(made), bound)
+
+
+def writable_picture(path: str | Path) -> None:
+    """Refuse, before any work, a file in which no picture can be drawn.
+
+    Raises
+    ------
+    BadInput
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    path = Path(path)
+    formats = sorted(FigureCanvasAgg.get_supported_filetypes())
+    if path.suffix.removeprefix(".").lower() not in formats:
+        raise BadInput(f"{path} does not end in a picture's format; accepted are {', '.join(formats)}")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise BadInput(f"cannot write into {path.parent}: {error.strerror or error}") from None
+
+
+def _bought(design: Design) -> int:
+    """Elements of a layout besides the one that stands for a part of the vehicle."""
+    assert design.network is not None
+    rules = layout(design.label).rules
+    return len(design.network) - sum(rule.role is not None for rule in rules.values())
+
+
+def _drawn(point: FrontPoint, ascii: bool) -> str:
+    ends = ("body", "wheel" if point.design.problem.vehicle.name == "quarter-car" else "bogie")
+    return diagram(mounted(point.design.problem, point.network), ends, ascii=ascii)
+
+
+def _short(network: Any) -> str:
+    """A network with values that a person can read."""
+    values = {name: float(f"{value:.4g}") for name, value in network.values().items()}
+    return str(network.with_values(values))

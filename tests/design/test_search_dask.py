@@ -1,0 +1,50 @@
+"""A search on a Dask cluster, one of whose workers is killed while it works, gives the answer of a search at home."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+
+import pytest
+
+from posreal.design import problem
+from posreal.design.search import search
+from posreal.errors import BadInput
+
+distributed = pytest.importorskip("distributed")
+
+
+@pytest.fixture
+def cluster():
+    with distributed.LocalCluster(
+        n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as running:
+        yield running
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")  # the cluster's own, on losing a worker
+def test_a_killed_worker_changes_nothing(cluster):
+    posed = problem("vertical-comfort")
+    pids = sorted(worker.pid for worker in cluster.workers.values())
+    killed = threading.Event()
+
+    def kill(line: str) -> None:
+        if line.startswith("4 elements") and not killed.is_set():
+            os.kill(pids[0], signal.SIGKILL)
+            killed.set()
+
+    away = search(
+        posed, 4, seed=3, starts=4, backend="dask", scheduler=cluster.scheduler_address, progress=kill
+    )
+    home = search(posed, 4, seed=3, starts=4)
+    assert killed.is_set()
+    assert [point.to_dict() for point in away.front] == [point.to_dict() for point in home.front]
+    assert away.tallies == home.tallies
+
+
+@pytest.mark.long
+def test_a_scheduler_that_is_not_there_is_refused():
+    with pytest.raises(BadInput, match="no Dask scheduler answers"):
+        search(problem("quarter-car"), 1, backend="dask", scheduler="tcp://127.0.0.1:9")
