@@ -1,4 +1,4 @@
-"""Hypothesis strategies that draw networks: positive real by construction, with exact values.
+"""Hypothesis strategies that draw networks and admittances: positive real by construction, with exact values.
 
 ``decades`` is how far element values are spread, ``kinds`` which elements may occur: "kc" draws springs and
 dampers.
@@ -9,8 +9,12 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache, lru_cache
 
+import numpy as np
+from flint import fmpq_mat, fmpq_poly
 from hypothesis import strategies as st
 
+from posreal.admittance import Rational, random_port_hamiltonian
+from posreal.admittance.exact import at_minus_s, of_square, to_fmpq
 from posreal.network import Damper, Graph, Inerter, Lever, Network, Parallel, Series, Spring, bridge
 
 KINDS = {"k": Spring, "c": Damper, "b": Inerter}
@@ -91,3 +95,44 @@ def networks(draw: st.DrawFn, most: int = 6, decades: int = 4) -> Network:
 @cache
 def _part(most: int, decades: int) -> st.SearchStrategy[Network]:
     return st.one_of(trees(most, decades=decades), bridges(1, decades=decades), lever_networks(1, decades))
+
+
+@st.composite
+def port_hamiltonians(draw: st.DrawFn, most: int = 8, decades: tuple[int, ...] = (0, 4, 10)) -> Rational:
+    """A device of a drawn port-Hamiltonian form, its time scales spread over so many decades."""
+    rng = np.random.default_rng(draw(_between(0, 2**32 - 1)))
+    return random_port_hamiltonian(draw(_between(0, most)), rng, draw(_one_of(decades))).rational()
+
+
+@st.composite
+def lossless(draw: st.DrawFn, most: int = 8, decades: int = 4) -> Rational:
+    """k/s + b s + Σ α s/(s² + x), or its dual: springs and inerters alone, no frequency a rational number."""
+    y = draw(elements("kb", decades)).admittance()
+    while y.degree + 2 <= most and draw(st.booleans()):
+        alpha, x = draw(values(decades)), draw(values(decades))
+        y = y | Rational([0, alpha], [x, 0, 1])
+    return draw(_one_of((y, y.dual)))
+
+
+@st.composite
+def touching(draw: st.DrawFn, most: int = 8, decades: int = 2) -> Rational:
+    """A device on the boundary: Re Y(jω) = p(ω²)²/|d(jω)|² with one or more exact zeros, at ω² rational.
+
+    With d drawn Hurwitz, the numerator n follows from  n(s) d(−s) + n(−s) d(s) = 2 p(−s²)²  (linear in n).
+    """
+    d = fmpq_poly([1])
+    for _ in range(draw(_between(1, most // 2))):
+        d *= fmpq_poly([to_fmpq(draw(values(decades))), to_fmpq(draw(values(decades))), 1])
+    square = fmpq_poly([1])
+    for _ in range(draw(_between(1, d.degree() // 2))):
+        square *= fmpq_poly([to_fmpq(draw(values(decades))), 1]) ** 2  # in z = s²
+    return Rational(_with_even_part(d, square), d)
+
+
+def _with_even_part(d: fmpq_poly, target: fmpq_poly) -> fmpq_poly:
+    """n of d's degree whose n(s) d(−s) has the even part `target` in s²."""
+    size = d.degree() + 1
+    mirrored, wanted = at_minus_s(d), of_square(target)
+    columns = [fmpq_poly([0] * power + [1]) * mirrored for power in range(size)]
+    system = fmpq_mat(size, size, [column[2 * i] for i in range(size) for column in columns])
+    return fmpq_poly(system.solve(fmpq_mat(size, 1, [wanted[2 * i] for i in range(size)])).entries())

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from posreal.network.graph import Graph
-from posreal.network.layout import LENGTH, Beam, layout
+from posreal.network.geometry import LENGTH, Beam, geometry
 from posreal.network.tree import Element, Network, Series
 from posreal.units import engineering
 
-_ROW = 1.6  # height of a row in the units of the layout
+_ROW = 1.6  # height of a row in the units of the geometry
 _SYMBOL = {"k": "spring", "c": "damper", "b": "inerter"}
 _DOCUMENT = r"""\documentclass[border=4pt]{standalone}
 \usepackage[utf8]{inputenc}
@@ -46,7 +46,7 @@ def latex(
     document : bool
         Whether to write a whole document that compiles, or the picture alone.
     """
-    plan = layout(network)
+    plan = geometry(network)
     lines = [r"\begin{circuitikz}[x=1.1cm, y=1.1cm]"]
     lines += [rf"  \draw {_at(*start)} -- {_at(*end)};" for start, end in plan.wires]
     for part in plan.elements:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from posreal.errors import BadInput, listed
-from posreal.network.layout import LENGTH, Beam, Layout, Placed, layout
+from posreal.network.geometry import LENGTH, Beam, Geometry, Placed, geometry
 from posreal.network.tree import Network
 from posreal.units import engineering
 
@@ -45,7 +45,7 @@ def picture(
     """
     if format not in FORMATS:
         raise BadInput(f"A picture cannot be made as {format!r}; give {listed(FORMATS)}.")
-    plan = layout(network)
+    plan = geometry(network)
     drawing = _drawn(plan, terminals, values, digits)
     if format == "svg":
         return bytes(drawing.get_imagedata("svg"))
@@ -58,7 +58,7 @@ def save_picture(network: Network, path: str | Path, **options: Any) -> None:
     file.write_bytes(picture(network, format=file.suffix.lower().lstrip("."), **options))
 
 
-def _drawn(plan: Layout, terminals: tuple[str, str], values: bool, digits: int) -> Any:
+def _drawn(plan: Geometry, terminals: tuple[str, str], values: bool, digits: int) -> Any:
     import schemdraw
     from schemdraw import elements as elm
 
@@ -147,7 +147,7 @@ def _text(at: tuple[float, float], label: str) -> Any:
     return SegmentText(at, label, align=("center", "bottom"), fontsize=9)
 
 
-def _png(drawing: Any, plan: Layout, letters: int, dpi: float) -> bytes:
+def _png(drawing: Any, plan: Geometry, letters: int, dpi: float) -> bytes:
     """Drawn on a figure of its own, so that no global state of pyplot is touched."""
     from io import BytesIO
 

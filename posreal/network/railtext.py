@@ -36,12 +36,12 @@ def drawn(boxes: list[Box], levers: list[str], graph: Graph) -> Box:
     """The graph's box of text, its wire entering and leaving on the top row."""
     texts = [*boxes, *([text] for text in levers)]
     sizes = [(len(box[0]), len(box)) for box in texts]
-    layout = plan(graph, sizes[: len(boxes)], sizes[len(boxes) :], margin=1, narrowest=3)
-    columns = [int(column) for column in layout.columns(thickness=1)]
-    canvas = [[" "] * (columns[-1] + 1) for _ in range(int(layout.rows))]
+    arranged = plan(graph, sizes[: len(boxes)], sizes[len(boxes) :], margin=1, narrowest=3)
+    columns = [int(column) for column in arranged.columns(thickness=1)]
+    canvas = [[" "] * (columns[-1] + 1) for _ in range(int(arranged.rows))]
     for rail, column in enumerate(columns):
-        _draw_rail(canvas, layout, rail, column)
-    for span, box in zip(layout.spans, texts, strict=True):
+        _draw_rail(canvas, arranged, rail, column)
+    for span, box in zip(arranged.spans, texts, strict=True):
         _draw_span(canvas, span, box, columns)
     return ["".join(row) for row in canvas]
 
@@ -59,8 +59,8 @@ def listing(branches: list[str], levers: list[str], graph: Graph, width: int) ->
     return rows
 
 
-def _draw_rail(canvas: list[list[str]], layout: Plan, rail: int, column: int) -> None:
-    joints = layout.joints(rail)
+def _draw_rail(canvas: list[list[str]], arranged: Plan, rail: int, column: int) -> None:
+    joints = arranged.joints(rail)
     top, bottom = int(min(joints)), int(max(joints))
     for row in range(top, bottom + 1):
         left, right = joints.get(row, (False, False))

@@ -1,12 +1,13 @@
-"""Elements that do nothing: a damper of 1e-11 N s/m beside a suspension is not an element to build.
+"""Dampers that do nothing: one of 1e-11 N s/m beside a suspension is not an element to build.
 
-A device on the boundary of positive realness is presented a hair inside it, and the hair comes out as an element
-of its own. An element whose value moves Y by less than 1e-11 of itself anywhere near the device's corners,
+A device on the boundary of positive realness is presented a hair inside it, and the hair comes out as a damper
+of its own. A damper whose value moves Y by less than 1e-11 of itself anywhere near the device's corners,
 
     max |∂Y/∂log θ| / |Y| < 1e-11,
 
 is left out: opened where it stands in parallel, closed where it stands in series. What remains is passive like any
-network, and is proven against the same target.
+network, and is proven against the same target. Springs and inerters stay: each holds a pole, and an undamped
+resonance next to a zero is felt nowhere but at its own frequency.
 """
 
 from __future__ import annotations
@@ -26,24 +27,25 @@ POINTS = 200
 
 
 def without_negligible(network: Network, target: Rational) -> tuple[Network, tuple[str, ...]]:
-    """The network without its negligible elements, and what was left out.
+    """The network without its negligible dampers, and what was left out.
 
-    Elements inside a graph (a bridge, a lever) are kept, and so is everything where the proof of the smaller network
+    Dampers inside a graph (a bridge, a lever) are kept, and so is everything where the proof of the smaller network
     would be weaker than 1e-10.
     """
     s = 1j * np.geomspace(*corners(target), POINTS)
     effects = np.max(np.abs(network.sensitivities(s)) / np.abs(np.asarray(target(s))), axis=1)
-    left_out: set[int] = set()
+    elements, left_out = network.elements(), set[int]()
     for index in np.argsort(effects):
         if effects[index] >= SMALL:
             break
+        if elements[index].letter != "c":
+            continue
         smaller = _without(network, left_out | {int(index)}, count())
         if smaller is not None and branch_residual(smaller, target) <= SMALL:
             left_out.add(int(index))
     smaller = _without(network, left_out, count())
     if not left_out or smaller is None or prove(smaller, target).residual > LARGEST_RESIDUAL / 10:
         return network, ()
-    elements = network.elements()
     said = tuple(
         f"a {elements[i].kind} of {float(elements[i].exact):.2g} {elements[i].unit} was left out: it does nothing"
         for i in sorted(left_out)

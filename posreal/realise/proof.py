@@ -3,7 +3,7 @@
 Two residuals, and the larger counts. In values: the largest |Y_network − Y|/|Y| over points of the closed
 right half plane, from two decades under the lowest corner of Y to two above the highest. In coefficients,
 for networks small enough to be computed exactly: the largest |n₁d₂ − n₂d₁|ₖ against what its terms amount
-to, which no common factor can hide.
+to, which no common factor can hide; infinite where the network has fewer poles than the device.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DIGITS = 120  # for values: deep networks cancel many
 POINTS = 24  # frequencies; three points each
 LARGE = 40  # elements, above which nodal matrices are large and
 FEW_POINTS = 8  # frequencies have to do
-UNDAMPED = 1e-12  # damping ratio below which a resonance is sharper than element values are exact
+UNDAMPED = 1e-60  # damping ratio below which synthesis in long arithmetic takes a resonance for undamped
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,8 @@ def prove(network: Network, target: Rational, exact_up_to: int = EXACT_UP_TO) ->
         found = nodal_admittance(network)
         if found == target:
             return Proof(0.0, 0.0)
-        return Proof(values_residual(found, target), coefficients_residual(found, target))
+        lost = found.degree < target.degree
+        return Proof(values_residual(found, target), math.inf if lost else coefficients_residual(found, target))
     return Proof(values_residual(network, target), None)
 
 

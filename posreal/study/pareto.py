@@ -102,8 +102,7 @@ class Pareto:
             f"{reduced} whose best values make them a smaller one."
         )
         notes += [
-            f"{design.label} ({_bought(design)} elements): {design.objective.value:#.5g}."
-            for design in self.layouts
+            f"{design.label} ({_bought(design)} elements): {design.objective.value:#.5g}." for design in self.layouts
         ]
         if self.bound is not None:
             notes.append(f"No passive device is better than {self.bound:#.5g}.")
@@ -159,11 +158,11 @@ class Pareto:
         last = self.search.elements
         xs = [point.elements for point in front]
         ys = [point.design.objective.value for point in front]
-        axis.plot([*xs, last + 0.45], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
+        axis.plot([*xs, last + 0.75], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
         axis.plot(xs, ys, "o", color="C0", label="best network found")
         for point, x, y in zip(front, xs, ys, strict=True):
             axis.annotate(
-                f"{y:#.5g}\n{point.network.topology()}",
+                f"{y:#.5g}\n{_topology(point)}",
                 (x, y),
                 xytext=(6, 5),
                 textcoords="offset points",
@@ -176,7 +175,7 @@ class Pareto:
             high = max(high, y)
             axis.plot(x, y, "D", markerfacecolor="white", color="C3", markersize=5, zorder=3)
             axis.annotate(
-                design.label, (x, y), xytext=(-5, -3), textcoords="offset points", fontsize=8, color="C3", ha="right"
+                design.label, (x, y), xytext=(-5, 4), textcoords="offset points", fontsize=8, color="C3", ha="right"
             )
         for design in self.syntheses:
             y = design.objective.value
@@ -184,22 +183,21 @@ class Pareto:
             axis.axhline(y, color="0.45", linewidth=0.8, linestyle="--", zorder=1)
             axis.annotate(
                 f"any device, order {design.order}",
-                (last + 0.45, y),
-                xytext=(-2, 2),
+                (0.55, y),
+                xytext=(4, 2),
                 textcoords="offset points",
                 fontsize=7,
                 color="0.35",
-                ha="right",
             )
         if self.bound is not None:
             axis.axhline(self.bound, color="C2", linewidth=1.4)
             axis.axhspan(self.bound - (high - low), self.bound, color="C2", alpha=0.12, linewidth=0)
             axis.annotate(
-                "no passive device below", (0.6, self.bound), xytext=(0, 3), textcoords="offset points", fontsize=7,
+                "no passive device below", (1.0, self.bound), xytext=(0, 3), textcoords="offset points", fontsize=7,
                 color="C2",
             )  # fmt: skip
         margin = 0.08 * (high - low) or 0.05 * high
-        axis.set(xlim=(0.55, last + 0.45), ylim=(low - margin, high + 2 * margin), xticks=range(1, last + 1))
+        axis.set(xlim=(0.55, last + 0.75), ylim=(low - margin, high + 2 * margin), xticks=range(1, last + 1))
         axis.set_xlabel("elements in the device's place")
         if self.layouts:
             axis.plot([], [], "D", markerfacecolor="white", color="C3", markersize=5, label="layouts at their optima")
@@ -281,6 +279,12 @@ def _bought(design: Design) -> int:
     assert design.network is not None
     rules = layout(design.label).rules
     return len(design.network) - sum(rule.role is not None for rule in rules.values())
+
+
+def _topology(point: FrontPoint) -> str:
+    """A line for the picture, which has no room for a bridge's branches."""
+    text = str(point.network.topology())
+    return text if "{" not in text else f"bridge of {point.elements}"
 
 
 def _drawn(point: FrontPoint, ascii: bool) -> str:

@@ -82,19 +82,22 @@ class Plant:
 
     def responses(self, omega: Real, output: str) -> PortResponses:
         """Responses of one output and of all ports on the grid `omega` (rad/s), delays and shaping exact."""
+        return self.responses_at(1j * np.asarray(omega), output)
+
+    def responses_at(self, s: Complex, output: str) -> PortResponses:
+        """The same at any complex points `s` (N,), such as a line to the right of the poles."""
         n = len(self.A)
         j = self.output(output)
-        s = 1j * omega
         late = np.exp(-np.multiply.outer(s, self.delays))
         if self.shaping is not None:
             late *= self.shaping(s)[:, None]
-        forcing = np.empty((len(omega), n, 1 + len(self.groups)), dtype=complex)
+        forcing = np.empty((len(s), n, 1 + len(self.groups)), dtype=complex)
         forcing[:, :, 0] = late @ self.Bw.T
         forcing[:, :, 1:] = self.Bf
         x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, forcing)
         z, v = self.Cz[j] @ x, self.Cv @ x
         return PortResponses(
-            omega=omega,
+            omega=s.imag,
             Tzw=z[:, 0] + late @ self.Dzw[j],
             Tzf=z[:, 1:] + self.Dzf[j],
             Pvw=v[:, :, 0],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
 
 import pytest
 
@@ -17,9 +16,7 @@ distributed = pytest.importorskip("distributed")
 
 @pytest.fixture
 def cluster():
-    with distributed.LocalCluster(
-        n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as running:
+    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as running:
         yield running
 
 
@@ -27,19 +24,20 @@ def cluster():
 @pytest.mark.filterwarnings("ignore")  # the cluster's own, on losing a worker
 def test_a_killed_worker_changes_nothing(cluster):
     posed = problem("vertical-comfort")
-    pids = sorted(worker.pid for worker in cluster.workers.values())
-    killed = threading.Event()
+    killed: list[int] = []
+    with distributed.Client(cluster.scheduler_address, set_as_default=False) as watcher:
+        pids = watcher.run(os.getpid)
 
-    def kill(line: str) -> None:
-        if line.startswith("4 elements") and not killed.is_set():
-            os.kill(pids[0], signal.SIGKILL)
-            killed.set()
+        def kill(line: str) -> None:
+            busy = [address for address, tasks in watcher.processing().items() if tasks]
+            if line.startswith("4 elements") and busy and not killed:
+                killed.append(pids[busy[0]])
+                os.kill(killed[0], signal.SIGKILL)
 
-    away = search(
-        posed, 4, seed=3, starts=4, backend="dask", scheduler=cluster.scheduler_address, progress=kill
-    )
+        scheduler = cluster.scheduler_address
+        away = search(posed, 4, seed=3, starts=4, backend="dask", scheduler=scheduler, progress=kill)
     home = search(posed, 4, seed=3, starts=4)
-    assert killed.is_set()
+    assert len(killed) == 1
     assert [point.to_dict() for point in away.front] == [point.to_dict() for point in home.front]
     assert away.tallies == home.tallies
 

@@ -1,4 +1,4 @@
-"""Elements that do nothing are left out, and nothing else is."""
+"""Dampers that do nothing are left out, and nothing else is."""
 
 from __future__ import annotations
 
@@ -43,3 +43,13 @@ def test_boundary_devices_come_out_without_the_hair():
     lifted = touching | Rational([1e-14])
     assert len(realise(lifted).network) == len(realise(touching).network)
     assert realise(lifted).residual == pytest.approx(0, abs=1e-11)
+
+
+def test_an_undamped_resonance_beside_a_zero_stays():
+    """Its pole and its zero are 7e-10 apart, so that no sampled frequency feels it; yet it is there."""
+    device = Rational.parse("(1.5001*s^3 + 0.00015*s)/(s^4 + 150010.0001*s^2 + 15)")
+    for name in ("foster-1", "foster-2", "cauer-1", "cauer-2"):
+        result = realise(device, name)
+        assert result.springs + result.inerters == 4
+        without = Rational.parse("1.5001*s/(s^2 + 150010)")
+        assert prove(result.network, without).values < 1e-8

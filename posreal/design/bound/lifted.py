@@ -197,7 +197,8 @@ def _derivatives(Q: Form, y: Array, kappa: float) -> tuple[Array, Array]:
     root = solve_triangular(factor, np.eye(N), lower=True)  # M⁻¹ = rootᵀ root
     v = -root.T @ (root @ b)
     pull = Q.b1 + Q.M1 @ v  # db + dM v, one row a variable
-    moved = root @ Q.M1 @ root.T
+    half = (Q.M1.reshape(-1, N) @ root.T).reshape(-1, N, N)  # dM rootᵀ
+    moved = (np.swapaxes(half, 1, 2).reshape(-1, N) @ root.T).reshape(-1, N, N)  # root dM rootᵀ, as dM is symmetric
     upper = np.triu_indices(N)
     packed = moved[:, upper[0], upper[1]] * np.where(upper[0] == upper[1], 1.0, math.sqrt(2.0))
     gradient = kappa * (Q.c1 + Q.b1 @ v + pull @ v) + np.trace(moved, axis1=1, axis2=2)
@@ -228,8 +229,7 @@ def _newton(gradient: Array, hessian: Array) -> Array:
 
 def _search(Q: Form, y: Array, step: Array, decrement: float, kappa: float) -> Array | None:
     """Backtrack until the barrier problem has gone up; None where rounding hides any rise."""
-    now = _barrier(Q, y, kappa)
-    length = 1.0 if decrement < 0.25 else 1.0
+    now, length = _barrier(Q, y, kappa), 1.0
     while length > 1e-8:
         there = y + length * step
         if _barrier(Q, there, kappa) >= now + 0.1 * length * decrement**2 - 1e-11 * abs(now):

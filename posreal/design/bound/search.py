@@ -1,8 +1,9 @@
 """From a figure to the best certificate for it: which form, where the points lie, how many of them.
 
-The bound never falls when a point is added, and how fast it rises depends on where the points lie: near the mode that
-carries the energy. The scan walks up in octaves from the slowest mode with few points while the bound rises, then looks
-half an octave to either side, and at each place also at points spread over a factor of three.
+The bound never falls when a point is added, and how fast it rises depends on where the points lie: near the modes that
+carry the energy. The scan tries every octave of the vehicle's band with few points, half octaves around the best, and
+there also points spread over a factor of three. It does not depend on how many points are asked for in the end, so the
+bound that comes out never falls with that number either.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ Array = np.ndarray
 Progress = Callable[[str], None]
 
 PLAIN, LIFTED = "plain", "lifted"
-SIZES = {PLAIN: (25, 41, 61, 101), "lifted, one loop": (17, 25, 33, 41), LIFTED: (13, 17, 21, 25)}
+SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (17, 25, 33, 41), LIFTED: (13, 21, 25, 31)}
 """Number of points at efforts 0 to 3: about 1, 3, 10 and 30 seconds, the last form some times that."""
-_SCAN = {PLAIN: 21, "lifted, one loop": 13, LIFTED: 9}
-_SPREADS: tuple[tuple[float, ...], ...] = ((1.0,), (3**-0.5, 3**0.5))
+_SCAN = {PLAIN: 25, "lifted, one loop": 15, LIFTED: 11}
+_SPREAD = (3**-0.5, 3**0.5)
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Certificate:
     multipliers: Array
 
     def lower_bound(self, figure: Figure) -> float:
-        """J from below, rigorously; a float that is not above what the balls prove.
+        """J from below, rigorously: a float that is not above what the balls prove.
 
         Raises
         ------
@@ -106,42 +107,40 @@ def size_for(figure: Figure, form: str, effort: int) -> int:
     return SIZES[_row(figure, form)][effort]
 
 
-def place(figure: Figure, form: str, progress: Progress) -> tuple[float, ...]:
-    """Where the points should lie, rad/s, found with few of them."""
+def places(figure: Figure, form: str, progress: Progress = lambda text: None) -> tuple[float, ...]:
+    """The best place for the points, rad/s, by what few of them prove there."""
     size = _SCAN[_row(figure, form)]
     known: dict[tuple[float, ...], float] = {}
 
-    def height(centre: float, spread: Sequence[float]) -> float:
-        places = tuple(float(f"{centre * factor:.3g}") for factor in spread)
-        if places not in known:
-            progress(f"bound: looking at {' and '.join(f'{place:g}' for place in places)} rad/s")
+    def height(centre: float, spread: Sequence[float] = (1.0,)) -> float:
+        where = tuple(float(f"{centre * factor:.3g}") for factor in spread)
+        if where not in known:
+            progress(f"bound: looking at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
             try:
-                known[places] = certify(figure, form, cycled(places, size), tolerance=1e-3)[1]
+                known[where] = certify(figure, form, cycled(where, size), tolerance=1e-3)[1]
             except PosrealError:  # a pole of the vehicle lies there, or no certificate starts there
-                known[places] = -math.inf
-        return known[places]
+                known[where] = 0.0
+        return known[where]
 
     slowest, fastest = _band(figure)
-    octaves = [slowest * 2.0**k for k in range(max(1, math.ceil(math.log2(fastest / slowest))) + 1)]
+    octaves = [slowest * 2.0**k for k in range(math.ceil(math.log2(fastest / slowest)) + 1)]
     values: list[float] = []
     for omega in octaves:
-        values.append(height(omega, _SPREADS[0]))
-        if len(values) > 2 and values[-1] < 0.98 * max(values):
+        values.append(height(omega))
+        if values[-1] < 0.8 * max(values):
             break
     centre = octaves[int(np.argmax(values))]
-    for step in (2**0.5, 2**-0.5):
-        if height(centre * step, _SPREADS[0]) > height(centre, _SPREADS[0]):
-            centre *= step
-    height(centre, _SPREADS[1])
-    best = max(known, key=lambda places: known[places])
-    if known[best] == -math.inf:
+    centre = max((centre, centre * 2**0.5, centre * 2**-0.5), key=height)
+    height(centre, _SPREAD)
+    best = max(known, key=lambda where: known[where])
+    if known[best] == 0.0:
         raise BadInput("no certificate was found at any expansion point, so no bound is known for this figure")
     return best
 
 
-def cycled(places: Sequence[float], size: int) -> tuple[fmpq, ...]:
+def cycled(where: Sequence[float], size: int) -> tuple[fmpq, ...]:
     """So many points, taking the places in turn."""
-    exact = [to_fmpq(repr(float(place))) for place in places]
+    exact = [to_fmpq(repr(float(omega))) for omega in where]
     return tuple(exact[k % len(exact)] for k in range(size))
 
 
@@ -207,6 +206,6 @@ __all__ = [
     "choose_form",
     "cycled",
     "passive",
-    "place",
+    "places",
     "size_for",
 ]

@@ -1,13 +1,14 @@
-"""Y(jω) of one topology for many sets of values in one go, and the gradient of whatever is made of it.
+"""Y(s) of one topology for many sets of values in one go, and the gradient of whatever is made of it.
 
-Each joint is met once going up and once coming down, whatever the number of values and frequencies. Going up, a parallel
-joint adds admittances and a series joint impedances, so that only a change of joint costs a division. Coming down, with
-the adjoint g such that dJ = Re Σ g dY over the grid,
+Each joint is met once going up and once coming down, whatever the number of values and frequencies. Going up,
+a parallel joint adds admittances and a series joint impedances, so that only a change of joint costs a
+division. Coming down, with the adjoint g such that dJ = Re Σ g dY over the grid,
 
     parallel   g_child = g                series, of impedances   h_child = h,   h = −g Y²,   g = −h Z²
     element    ∂J/∂ log θ = Re Σ g Y      in impedances           ∂J/∂ log θ = −Re Σ h Z
 
-    bridge     Y = [ab(c+d) + cd(a+b) + e(a+b)(c+d)] / [(a+c)(b+d) + e(a+b+c+d)],   g_branch = g (v_branch/v_port)²
+    bridge     Y = [ab(c+d) + cd(a+b) + e(a+b)(c+d)] / [(a+c)(b+d) + e(a+b+c+d)],   g_branch = g
+    (v_branch/v_port)²
 
 This is :mod:`posreal.network.response` with a third axis, over sets of values, and without levers.
 """
@@ -32,7 +33,7 @@ _POWER = {"k": -1, "c": 0, "b": 1}
 
 @dataclass(frozen=True)
 class Grid:
-    """jω and its powers −1, 0, 1 on the grid, shapes (N,)."""
+    """Points s and their powers −1, 0, 1, shapes (N,)."""
 
     s: Array
     powers: tuple[Array, Array, Array]
@@ -116,9 +117,7 @@ def _element(letter: str, index: int, values: Array, grid: Grid, impedance: bool
     points = grid.powers[power + 1]
 
     def back(g: Array, gradient: Array) -> None:
-        # s is imaginary and 1 is real: only one part of g counts
-        summed = g.real @ points.real if power == 0 else -(g.imag @ points.imag)
-        gradient[:, index] = sign * size * summed
+        gradient[:, index] = sign * size * (g.real @ points.real - g.imag @ points.imag)
 
     return np.multiply.outer(size, points), back
 

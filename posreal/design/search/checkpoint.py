@@ -49,7 +49,7 @@ class Checkpoint:
         self.trimmed = False
         header = {"kind": _KIND, **header}
         try:
-            self._file: IO[bytes] = open(self.path, "a+b")
+            self._file: IO[bytes] = open(self.path, "a+b")  # noqa: SIM115  (open as long as the search runs)
         except OSError as error:
             raise BadInput(f"cannot write the checkpoint {self.path}: {error.strerror or error}") from None
         try:
@@ -85,9 +85,7 @@ class Checkpoint:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise BadInput(
-                f"the checkpoint {self.path} is in use by another search; give each its own file"
-            ) from None
+            raise BadInput(f"the checkpoint {self.path} is in use by another search; give each its own file") from None
 
     def _read(self, content: bytes, header: Mapping[str, Any]) -> None:
         lines = content.split(b"\n")
@@ -95,9 +93,7 @@ class Checkpoint:
         if not whole:
             # nothing, or a header that was never finished
             if rest and not _line(header).startswith(rest):
-                raise BadInput(
-                    f"{self.path} is not a checkpoint of a search; name a file that may be written"
-                )
+                raise BadInput(f"{self.path} is not a checkpoint of a search; name a file that may be written")
             self._cut(0, bool(rest))
             self.add([header])
             return

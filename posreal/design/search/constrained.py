@@ -64,9 +64,7 @@ class _Program:
         """log of a metric (None: of the objective) and its gradient."""
         if (metric or self.problem.objective) == "max_yv":
             return self._peak
-        own = metric in (None, self.problem.objective) or (
-            metric == "Macc" and self.problem.objective == "max_yv"
-        )
+        own = metric in (None, self.problem.objective) or (metric == "Macc" and self.problem.objective == "max_yv")
         here = self.ground if own else ground(self.problem, self.ground.panels, trimmed=True, metric=metric)
         batch = logarithm(here, self.form)
 
@@ -111,9 +109,7 @@ class _Program:
         objective = self.figure(None)
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             # SLSQP says so when a line search leaves the bounds by rounding and is clipped
-            warnings.filterwarnings(
-                "ignore", message="Values in x were outside bounds", category=RuntimeWarning
-            )
+            warnings.filterwarnings("ignore", message="Values in x were outside bounds", category=RuntimeWarning)
             result = minimize(
                 objective,
                 start,
@@ -161,16 +157,16 @@ def best_constrained_values(
     fine = _Program(problem, form, ground(problem, FINE, trimmed=True))
     box = Box(rough.ground, form, settings)
     few = _Watch(_FEW)
-    ends: list[tuple[float, Array]] = []
+    ends: list[tuple[float, int, Array]] = []
     objective = fine.figure(None)
-    for start in _starts(rough, box, settings, warm, few):
+    for number, start in enumerate(_starts(rough, box, settings, warm, few)):
         theta = rough.solve(start, box, few, iterations=60, tolerance=1e-7)
         value = objective(theta)[0]
         if rough.shortfall(theta, few) < 1e-3 and math.isfinite(value):
-            ends.append((value, theta))
-    ends.sort(key=lambda end: end[0])
-    agreed = sum(value <= ends[0][0] + 1e-3 for value, _ in ends)
-    for value, theta in ends[:3]:
+            ends.append((value, number, theta))
+    ends.sort(key=lambda end: end[:2])
+    agreed = sum(n < settings.starts and value <= ends[0][0] + 1e-3 for value, n, _ in ends)
+    for value, _, theta in ends[:3]:
         if value >= math.log(limit * (1 - NO_GAIN)):
             # fewer speeds are watched here than there are, and still it is no better than its limit
             return Found(form, math.exp(value), tuple(np.exp(theta).tolist()), agreed)
@@ -194,9 +190,7 @@ def _starts(
         short = 0.0
         if program.loop is not None:
             floor = next((c.value for c in program.problem.constraints if c.metric == "Ldmp"), 0.0) / 100
-            short = max(
-                0.0, floor - float(program.loop.least_ratios(program.form, points[i], few.speeds).min())
-            )
+            short = max(0.0, floor - float(program.loop.least_ratios(program.form, points[i], few.speeds).min()))
         rank.append(short + 1e-2 * (value[i] - least))
     chosen = [points[order[i]] for i in np.argsort(rank, kind="stable")[: settings.starts]]
     return chosen + [np.clip(np.log(np.array(values)), box.lower, box.upper) for values in warm]

@@ -1,9 +1,11 @@
 """Whether a topology can be a given device, decided by fitting it.
 
-    min Σ_k |Y(jω_k)/Y₀(jω_k) − 1|²      over the element values
+    min Σ_k |Y(s_k)/Y₀(s_k) − 1|²      over the element values
 
-to zero, from many starts. A device of degree n is fixed by 2n + 1 numbers, and the grid has many more points than that,
-so what agrees on it to nine digits is the same admittance.
+to zero, from many starts. A device of degree n is fixed by 2n + 1 numbers, and there are many more points than that, so
+what agrees on them to eight digits is the same admittance. The points lie on a ray into the right half-plane, where a
+positive-real function has neither pole nor zero: on the axis a resonance that is not yet in its place would hide the
+way to it.
 """
 
 from __future__ import annotations
@@ -20,17 +22,19 @@ from posreal.design.search.topologies import Form, letters
 
 AGREE = 1e-8  # largest relative difference of admittances that are called equal
 _POINTS, _DECADES, _STARTS = 60, 2.5, 24
+_ANGLE = math.pi / 3  # of the ray
 
 
 def fitted(
     form: Form, target: Array, points: Array, scale: Scale, rng: np.random.Generator
 ) -> tuple[float, ...] | None:
-    """Values with which a topology has the admittance `target` at `points` (jω), or None.
+    """Values with which a topology has the admittance `target` at `points`, or None.
 
     Parameters
     ----------
     form : Form
     target, points : (N,) complex
+        As :func:`sample` gives them.
     scale : Scale
         The vehicle's units, about which starts lie.
     rng : Generator
@@ -65,8 +69,8 @@ def fitted(
 
 
 def sample(scale: Scale) -> Array:
-    """Points jω about the vehicle's frequency at which admittances are compared."""
-    return 1j * scale.omega0 * np.geomspace(10**-_DECADES, 10**_DECADES, _POINTS)
+    """Points about the vehicle's frequency at which admittances are compared."""
+    return np.exp(1j * _ANGLE) * scale.omega0 * np.geomspace(10**-_DECADES, 10**_DECADES, _POINTS)
 
 
 def _stacked(r: Array) -> Array:

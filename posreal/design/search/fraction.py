@@ -52,9 +52,7 @@ def _fraction(form: Form, values: object) -> Fraction:
 
 
 def _beside(one: Fraction, two: Fraction) -> Fraction:
-    return _reduced(
-        _plus(np.convolve(one[0], two[1]), np.convolve(two[0], one[1])), np.convolve(one[1], two[1])
-    )
+    return _reduced(_plus(np.convolve(one[0], two[1]), np.convolve(two[0], one[1])), np.convolve(one[1], two[1]))
 
 
 def _behind(one: Fraction, two: Fraction) -> Fraction:
@@ -65,8 +63,7 @@ def _behind(one: Fraction, two: Fraction) -> Fraction:
 def _sum_over(terms: tuple[str, ...], branches: list[Fraction]) -> Array:
     """Σ over terms of ∏ numerators of the branches in it and denominators of the others."""
     products = (
-        reduce(np.convolve, [branch[0 if str(i) in term else 1] for i, branch in enumerate(branches)])
-        for term in terms
+        reduce(np.convolve, [branch[0 if str(i) in term else 1] for i, branch in enumerate(branches)]) for term in terms
     )
     return reduce(_plus, products)
 
@@ -83,7 +80,7 @@ def _reduced(n: Array, d: Array) -> Fraction:
 
 def matrices(form: Form, values: Array, scale: Scale, *, beside: float = 0.0) -> StateSpace:
     """The device in state space, with a spring of stiffness `beside` in parallel; values in SI units."""
-    n, d = fraction(form, values / scale.units(letters(form)))
+    n, d = fraction(form, (values / scale.units(letters(form))).tolist())
     k = b = 0.0
     if d[0] == 0.0:  # n/d = k/p + rest/(d/p)
         k = n[0] / d[1]
@@ -104,6 +101,4 @@ def matrices(form: Form, values: Array, scale: Scale, *, beside: float = 0.0) ->
         A[-1] = -d[:order]
         B[-1] = 1.0
     w, c = scale.omega0, scale.c0
-    return StateSpace(
-        w * A, w * B, c * rest[None, :], np.array([[c * through]]), c * w * k + beside, c / w * b
-    )
+    return StateSpace(w * A, w * B, c * rest[None, :], np.array([[c * through]]), c * w * k + beside, c / w * b)

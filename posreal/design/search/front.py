@@ -99,9 +99,7 @@ def designed(problem: Problem, settings: Settings, one: Found) -> Design | None:
     device = network.admittance()
     try:
         metrics = tuned.metrics(tuned.port(device))
-    except (
-        PosrealError
-    ):  # a vehicle that is not stable, between the speeds or frequencies that were looked at
+    except PosrealError:  # a vehicle that is not stable, between the speeds or frequencies that were looked at
         return None
     vehicle = {name: float(getattr(tuned.vehicle, name)) for name in problem.free}
     design = Design(
@@ -175,9 +173,7 @@ def _within(form: Form, values: Sequence[float], settings: Settings) -> bool:
     return True
 
 
-def tally(
-    size: int, everything: Sequence[Form], classed: Mapping[Form, Form], found: Mapping[Form, Found]
-) -> Tally:
+def tally(size: int, everything: Sequence[Form], classed: Mapping[Form, Form], found: Mapping[Form, Found]) -> Tally:
     """What became of the topologies of one size."""
     kept = [form for form in everything if classed[form] == form]
     possible = [form for form in kept if found[form].feasible]

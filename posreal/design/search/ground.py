@@ -2,16 +2,17 @@
 
     θ = (log element values, log free vehicle parameters)   ↦   J(θ), ∂J/∂θ
 
-for many θ in one go. The network gives Y on the frequency grid (:mod:`posreal.design.search.batch`), the mounting puts it
-behind its bush or beside its static spring, and the port closes the vehicle around it,
+for many θ in one go. The network gives Y on the frequency grid (:mod:`posreal.design.search.batch`), the
+mounting puts it behind its bush or beside its static spring, and the port closes the vehicle around it,
 
     z = Tzw + Σ_p Tzf_p y Pvw_p/(1 + Pvf_pp y),      ∂z/∂y = Σ_p Tzf_p Pvw_p/(1 + Pvf_pp y)²,
 
-summed over the ports p that share the device and do not feel each other. Where primary parameters are free their
-places are ports too, which do feel each other, and the ports are closed by a small linear system at each frequency.
+summed over the ports p that share the device and do not feel each other. Where primary parameters are free
+their places are ports too, which do feel each other, and the ports are closed by a small linear system at
+each frequency.
 
-Values are counted in units of the vehicle: c₀ is the single damper that makes J least, ω₀ the frequency about which
-the ride figure then lies, and a spring has c₀ω₀ for its unit, a damper c₀, an inerter c₀/ω₀.
+Values are counted in units of the vehicle: c₀ is the single damper that makes J least, ω₀ the frequency about
+which the ride figure then lies, and a spring has c₀ω₀ for its unit, a damper c₀, an inerter c₀/ω₀.
 """
 
 from __future__ import annotations
@@ -60,9 +61,7 @@ class Ground:
         One of :func:`mean_square_metrics`; by default the objective (the ride figure where that is a peak).
     """
 
-    def __init__(
-        self, problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None
-    ) -> None:
+    def __init__(self, problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None) -> None:
         self.problem, self.panels = problem, panels
         self.vehicle_names = tuple(problem.free)
         self._tied = problem.roles.get("static spring") if problem.free else None
@@ -101,10 +100,8 @@ class Ground:
         count = len(letters(form))
         Y, through_network = admittance(form, theta[:, :count], self.grid)
         inner, slope = self._mounted(Y)
-        free = dict(zip(self.vehicle_names, np.exp(theta[:, count:]).T, strict=True))
-        shares: dict[
-            str, tuple[str, Array]
-        ] = {}  # of a vehicle parameter: the group it stands in, ∂Y/∂ log of it
+        free: dict[str, Array] = dict(zip(self.vehicle_names, np.exp(theta[:, count:]).T, strict=True))
+        shares: dict[str, tuple[str, Array]] = {}  # of a vehicle parameter: the group it stands in, ∂Y/∂ log of it
         for name, value in free.items():
             power = 1 if name == "Cpy" else 0
             group = "secondary" if name == self._tied else "primary"
@@ -136,15 +133,14 @@ class Ground:
         """z and ∂z/∂Y of each group of ports."""
         if self._alone:
             y = ports["secondary"]
-            z, slope = self._Tzw, 0.0
+            z, slope = self._Tzw, np.zeros(1)
             for p in range(len(self._groups)):
                 inverse = 1 / (1 + self._Pvf[:, p, p] * y)
                 v = self._Pvw[:, p] * inverse
                 t = self._Tzf[:, p] * v
                 z = z + t * y
-                slope = slope + t * inverse
-                # t·inverse is Tzf Pvw/(1 + Pvf y)²
-            return z, {"secondary": np.asarray(slope)}
+                slope = slope + t * inverse  # Tzf Pvw/(1 + Pvf y)²
+            return z, {"secondary": slope}
         y = np.stack([ports[group] for group in self._groups], axis=-1)
         unit = np.eye(y.shape[-1])
         v = np.linalg.solve(unit + self._Pvf * y[..., None, :], self._Pvw[..., None])[..., 0]
@@ -186,20 +182,21 @@ def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
 
 
 def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int) -> MeanSquare:
-    if metric is not None and metric.startswith(_DEFLECTION):
+    metric = metric or problem.objective
+    if metric.startswith(_DEFLECTION):
         vehicle = problem.vehicle
         assert isinstance(vehicle, SideView)
         rule = frequency.gauss(vehicle.wheel_delays[-1], per_decade=panels)
         plant = vehicle.track()
         port = plant.responses(rule.omega, f"deflection_{metric.removeprefix(_DEFLECTION)}")
         return MeanSquare(rule, port, plant.density * 1e6)  # mm²
-    posed = problem if metric is None else dataclasses.replace(problem, objective=metric)
+    posed = dataclasses.replace(problem, objective=metric)
     return mean_square(posed, primary_open=primary_open, panels=panels)
 
 
 def _negligible(ride: MeanSquare) -> int:
     """How many of the lowest points carry nothing of the ride figure, with a reference damper at the port."""
-    rough = 1 / np.abs(ride.port.Pvf[:, 0, 0])
+    rough = (1 / np.abs(ride.port.Pvf[:, 0, 0])).astype(complex)
     z, _ = ride.port.closed({group: rough for group in set(ride.port.groups)})
     share = np.cumsum(ride.rule.weight * np.abs(z) ** 2)
     return int(np.searchsorted(share, _LEFT_OUT * share[-1]))

@@ -1,7 +1,8 @@
-"""Damping ratios of the plan view with a network in its port, and their gradients, without rebuilding the vehicle.
+"""Damping ratios of the plan view with a network in its port, and their gradients, without rebuilding the
+vehicle.
 
-A vehicle's matrix is affine in 1/V, Kpy and Cpy, so it is put together from four samples. A pole p of the closed vehicle
-solves 1 + P(s) Y(s) = 0 with P = −Cv (sI − A)⁻¹ Bf the port's mobility, whence
+A vehicle's matrix is affine in 1/V, Kpy and Cpy, so it is put together from four samples. A pole p of the
+closed vehicle solves 1 + P(s) Y(s) = 0 with P = −Cv (sI − A)⁻¹ Bf the port's mobility, whence
 
     dp = −(P dY + Y dP)/(P′Y + P Y′),      ζ = −Re p/|p|,      dζ = −Re dp/|p| + Re p · Re(p̄ dp)/|p|³,
 
@@ -45,9 +46,7 @@ class LateralLoop:
             for name in ("Kpy", "Cpy")
         }
         self._rest = (
-            one
-            - self._slow
-            - sum(getattr(base, name) / 1e6 * change for name, change in self._primary.items())
+            one - self._slow - sum(getattr(base, name) / 1e6 * change for name, change in self._primary.items())
         )
 
     def split(self, form: Form, theta: Array) -> tuple[Array, dict[str, float]]:

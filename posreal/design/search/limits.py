@@ -113,14 +113,10 @@ def _joined(sign: str, children: list[Part | str]) -> Part | str:
             flat.extend(child[1:] if child[0] == sign else (child,))
     if not flat:
         return left_out
-    share = (
-        2.0 if sign == "+" else 0.5
-    )  # two like elements as one: each twice as stiff end to end, half side by side
+    share = 2.0 if sign == "+" else 0.5  # two like elements as one: each twice as stiff end to end, half side by side
     merged: list[Part] = []
     for child in flat:
-        twin = next(
-            (i for i, other in enumerate(merged) if _is_element(child) and other[0] == child[0]), None
-        )
+        twin = next((i for i, other in enumerate(merged) if _is_element(child) and other[0] == child[0]), None)
         if twin is None:
             merged.append(child)
         else:

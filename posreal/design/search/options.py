@@ -44,9 +44,7 @@ def read_bounds(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
             raise BadInput(f"unknown element {kind!r} in {text!r}; accepted are k, c or b")
         low, colon, high = rest.partition(":")
         if not colon:
-            raise BadInput(
-                f"{text!r} is not a range such as {kind}=10:1e6 (least:greatest, in {_UNITS[kind]})"
-            )
+            raise BadInput(f"{text!r} is not a range such as {kind}=10:1e6 (least:greatest, in {_UNITS[kind]})")
         found[kind] = (quantity(low.strip(), _UNITS[kind]), quantity(high.strip(), _UNITS[kind]))
     checked_bounds(found)
     return found
@@ -89,8 +87,6 @@ def checked_bounds(bounds: Mapping[str, tuple[float, float]] | None) -> dict[str
             raise BadInput(f"unknown element {kind!r} with bounds; accepted are k, c or b")
         low, high = (float(value) for value in pair)
         if not (math.isfinite(high) and 0 < low < high):
-            raise BadInput(
-                f"bounds of {kind} are {low:g} and {high:g}; the first must be above 0 and below the second"
-            )
+            raise BadInput(f"bounds of {kind} are {low:g} and {high:g}; the first must be above 0 and below the second")
         found[kind] = (low, high)
     return found

@@ -1,30 +1,32 @@
 """Topologies that need no optimising, because another one with no more elements does all they can do.
 
-Write T → T' when every admittance of T, for whatever positive values, is one of T' or of its limits, and T' has no more
-springs, dampers or inerters than T. Such a T can be left out: whatever it reaches, T' reaches, with no more parts. Three
-rules give the arrows; each holds for a part of a network as well, since a part enters its network by its admittance only.
+Write T → T' when every admittance of T, for whatever positive values, is one of T' or of its limits, and T'
+has no more springs, dampers or inerters than T. Such a T can be left out: whatever it reaches, T' reaches,
+with no more parts. Three rules give the arrows; each holds for a part of a network as well, since a part
+enters its network by its admittance only.
 
-**Exchange.** X | (X + R) ↔ X + (X | R) for one kind of element X and any R [Zobel's transformation]. With admittances
-aX, bX and Y of R, and t = (1 + a/b)²,
+**Exchange.** X | (X + R) ↔ X + (X | R) for one kind of element X and any R [Zobel's transformation]. With
+admittances aX, bX and Y of R, and t = (1 + a/b)²,
 
     aX + 1/(1/(bX) + 1/Y) = 1/(1/((a + b) X) + 1/((a (a + b)/b) X + t Y)):
 
-all values stay positive, so each side covers the other. Where the result puts two like elements into one joint they are
-one, and the network was a smaller one.
+all values stay positive, so each side covers the other. Where the result puts two like elements into one
+joint they are one, and the network was a smaller one.
 
-**Foster.** A part made of two kinds only is worth its Foster form: elements in parallel and pairs in series. For springs
-and dampers Y = k₀/s + c₀ + Σ kᵢcᵢ/(kᵢ + cᵢ s), for springs and inerters and for dampers and inerters likewise. It has
-no more elements *of either kind*: the degree of Y in s is the number of its springs and cannot exceed that of T, and
-the degree of s·Y (springs become constants, dampers reactive) is the number of its dampers and cannot exceed that of T.
-In particular a network with one reactive element, whose degree is at most one, is never better than one with three
-elements in all, since those have every positive-real admittance of degree one: no network beats the best device of its
-degree.
+**Foster.** A part made of two kinds only is worth its Foster form: elements in parallel and pairs in series.
+For springs and dampers Y = k₀/s + c₀ + Σ kᵢcᵢ/(kᵢ + cᵢ s), for springs and inerters and for dampers and
+inerters likewise. It has no more elements *of either kind*: the degree of Y in s is the number of its springs
+and cannot exceed that of T, and the degree of s·Y (springs become constants, dampers reactive) is the number
+of its dampers and cannot exceed that of T. In particular a network with one reactive element, whose degree is
+at most one, is never better than one with three elements in all, since those have every positive-real
+admittance of degree one: no network beats the best device of its degree.
 
-**Star and triangle.** A bridge in which three branches of one kind make a triangle (or a star) is the tree that has
-the star (or the triangle) in its place: the formulas of Kennelly keep values positive, and there are three either way.
+**Star and triangle.** A bridge in which three branches of one kind make a triangle (or a star) is the tree
+that has the star (or the triangle) in its place: the formulas of Kennelly keep values positive, and there are
+three either way.
 
-From every set of topologies that lead to each other one is kept, if no arrow leaves the set. With bounds on values
-the other side of an exchange may be out of bounds, so these rules are for free values.
+From every set of topologies that lead to each other one is kept, if no arrow leaves the set. With bounds on
+values the other side of an exchange may be out of bounds, so these rules are for free values.
 """
 
 from __future__ import annotations
@@ -105,8 +107,7 @@ def foster_form(form: Form) -> Form:
     primes = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
     topology = network(form)
     values = {
-        name: Fraction(p, primes[-1 - i])
-        for i, (name, p) in enumerate(zip(topology.names, primes, strict=False))
+        name: Fraction(p, primes[-1 - i]) for i, (name, p) in enumerate(zip(topology.names, primes, strict=False))
     }
     Y = topology.with_values(values).admittance()
     alone = [letter for letter in (first, second) if _connects(form, letter)]

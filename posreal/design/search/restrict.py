@@ -16,7 +16,7 @@ class RestrictedProblem(Problem):
     limits: tuple[tuple[str, float], ...] = ()
 
     @cached_property
-    def constraints(self) -> tuple[Constraint, ...]:  # type: ignore[override]
+    def constraints(self) -> tuple[Constraint, ...]:
         """The problem's own constraints and the limits."""
         own: tuple[Constraint, ...] = Problem.constraints.func(self)  # type: ignore[attr-defined]
         return own + tuple(Constraint(name, "<=", value, "the limit given") for name, value in self.limits)

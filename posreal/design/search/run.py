@@ -1,10 +1,10 @@
 """The best networks of up to N springs, dampers and inerters.
 
-Sizes are searched one after another, from the smallest: the optimum of a network is a start for every larger one that
-has it as a limit (:mod:`~posreal.design.search.limits`). Within a size the topologies are independent of each other, and
-so are the random numbers of each, so that the answer does not depend on who does which, nor on how often the search was
-interrupted. Topologies that cannot bring anything are left out beforehand, by proof
-(:mod:`~posreal.design.search.redundant`).
+Sizes are searched one after another, from the smallest: the optimum of a network is a start for every larger
+one that has it as a limit (:mod:`~posreal.design.search.limits`). Within a size the topologies are
+independent of each other, and so are the random numbers of each, so that the answer does not depend on who
+does which, nor on how often the search was interrupted. Topologies that cannot bring anything are left out
+beforehand, by proof (:mod:`~posreal.design.search.redundant`).
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from posreal.design.search.restrict import restricted
 from posreal.design.search.result import Search
 from posreal.design.search.topologies import Form, key, letters, topologies
 from posreal.design.search.tradeoff import require_metric, tradeoff
-from posreal.design.search.values import Found, Settings, best_values, coarse
+from posreal.design.search.values import Found, Settings, best_values, coarse, is_smooth
 from posreal.design.search.workers import workers
 from posreal.errors import BadInput
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
+STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology
 _WARM = 3  # limits whose optima are starts of a larger network, the best of them
 _OFF = 2.5  # decades from the unit of the element that the limit lost
 _CHUNK = 8  # topologies handed out at a time
@@ -47,7 +48,7 @@ def search(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     limits: Mapping[str, float] | None = None,
     metric: str | None = None,
-    starts: int = 8,
+    starts: int | None = None,
     seed: int = 0,
     jobs: int = 1,
     backend: str | None = None,
@@ -70,8 +71,9 @@ def search(
         Further metrics that may not exceed a value, in their own units.
     metric : str, optional
         Trade the objective against this one as well: the front then has several designs of one size.
-    starts : int
-        Random starts for each topology, the best of 64.
+    starts : int, optional
+        Random starts for each topology, the best of 64. By default 16, and 6 where something must hold, for
+        which a start costs a hundred times as much.
     seed : int
     jobs : int
         Processes on this machine; -1 for all cores.
@@ -79,8 +81,9 @@ def search(
     scheduler : str, optional
         Address of a Dask scheduler, for the dask backend.
     checkpoint : path, optional
-        File into which results go as they come. If it holds some of this search already, they are not computed again;
-        a search of more elements, or with other numbers in `at_most`, may go on from the same file.
+        File into which results go as they come. If it holds some of this search already, they are not
+        computed again; a search of more elements, or with other numbers in `at_most`, may go on from the same
+        file.
     progress : function of str, optional
         Called with one line whenever results come in: how many, how fast, the best so far.
 
@@ -96,11 +99,13 @@ def search(
     began = time.perf_counter()
     if isinstance(elements, bool) or not isinstance(elements, int) or not 1 <= elements <= LARGEST:
         raise BadInput(f"{elements!r} elements cannot be searched; give a number from 1 to {LARGEST}")
+    counts = checked_at_most(at_most)
+    posed = restricted(problem, _checked_limits(limits or {}))
+    if starts is None:
+        starts = STARTS if is_smooth(posed) else STARTS_CONSTRAINED
     if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
         raise BadInput(f"{starts!r} starts: give a number from 1 to 1000")
-    counts = checked_at_most(at_most)
     settings = Settings(starts, seed, checked_bounds(bounds))
-    posed = restricted(problem, _checked_limits(problem, limits or {}))
     require_smooth(posed)
     if metric is not None:
         require_metric(posed, metric)
@@ -177,9 +182,7 @@ def _tasks(
     found: Mapping[Form, Found],
 ) -> list[tuple[Any, ...]]:
     """Chunks of topologies with their warm starts and the best figure of their limits."""
-    pairs = [
-        (form, warm_starts(problem, form, found), least_of_limits(form, classed, found)) for form in wanted
-    ]
+    pairs = [(form, warm_starts(problem, form, found), least_of_limits(form, classed, found)) for form in wanted]
     return [(problem, settings, pairs[i : i + _CHUNK]) for i in range(0, len(pairs), _CHUNK)]
 
 
@@ -197,7 +200,7 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
     return made
 
 
-def _checked_limits(problem: Problem, limits: Mapping[str, float]) -> dict[str, float]:
+def _checked_limits(limits: Mapping[str, float]) -> dict[str, float]:
     for name, value in limits.items():
         if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
             raise BadInput(f"the limit of {name} is {value!r}; give a number above 0")

@@ -1,22 +1,25 @@
 """Every two-terminal network of n springs, dampers and inerters, once.
 
-Series–parallel: a joint holds two children or more, each an element or a joint of the other kind, in no order, and no
-two equal elements (they would be one). With s_n joints of one kind over n elements (as many of the other, by duality)
+Series–parallel: a joint holds two children or more, each an element or a joint of the other kind, in no
+order, and no two equal elements (they would be one). With s_n joints of one kind over n elements (as many of
+the other, by duality)
 
     (1 + x)³ ∏_{m ≥ 2} (1 − x^m)^{−s_m} = 1 + 3x + Σ_{n ≥ 2} (s_n + s_n) x^n − Σ_{n ≥ 2} s_n x^n,
 
-which gives 3, 6, 20, 90, 432, 2202, … trees. From five elements on there are also bridges (Wheatstone's five branches,
-each an element or a tree, and trees over them). Up to six elements this is every graph: a two-terminal network that no
-series or parallel joint divides is, with an edge from terminal to terminal added, a 3-connected graph; the least is the
-tetrahedron, which leaves the bridge, and the next, the wheel with four spokes, has seven edges besides that one.
+which gives 3, 6, 20, 90, 432, 2202, … trees. From five elements on there are also bridges (Wheatstone's five
+branches, each an element or a tree, and trees over them). Up to six elements this is every graph: a
+two-terminal network that no series or parallel joint divides is, with an edge from terminal to terminal
+added, a 3-connected graph; the least is the tetrahedron, which leaves the bridge, and the next, the wheel
+with four spokes, has seven edges besides that one.
 
-A topology is a *form*: the letter of an element, or a tuple of a sign and children. Children of ``+`` and ``|`` stand in
-the order of their keys, the five branches of a bridge ``#`` as :func:`posreal.network.bridge.bridge` takes them.
+A topology is a *form*: the letter of an element, or a tuple of a sign and children. Children of ``+`` and
+``|`` stand in the order of their keys, the five branches of a bridge ``#`` as
+:func:`posreal.network.bridge.bridge` takes them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations_with_replacement, product
 from typing import Any, TypeAlias
@@ -28,7 +31,7 @@ Form: TypeAlias = "str | tuple[Any, ...]"
 KINDS = "kcb"
 MOST_WITH_BRIDGES = 6  # elements up to which trees and bridges are every network there is
 DUAL = {"+": "|", "|": "+"}
-_ELEMENT = {"k": Spring, "c": Damper, "b": Inerter}
+_ELEMENT: dict[str, Callable[[], Network]] = {"k": Spring, "c": Damper, "b": Inerter}
 # Which branches change places when the terminals do, when the inner nodes do, and when both do.
 _BRIDGE_TURNS = ((0, 1, 2, 3, 4), (3, 4, 2, 0, 1), (1, 0, 2, 4, 3), (4, 3, 2, 1, 0))
 
@@ -42,9 +45,7 @@ def key(form: Form) -> str:
     texts = [key(child) for child in children]
     if sign == "#":
         return "{" + ",".join(texts) + "}"
-    return sign.join(
-        f"({text})" if child[0] in DUAL else text for child, text in zip(children, texts, strict=True)
-    )
+    return sign.join(f"({text})" if child[0] in DUAL else text for child, text in zip(children, texts, strict=True))
 
 
 @lru_cache(maxsize=1 << 16)
@@ -60,8 +61,10 @@ def joined(sign: str, children: Sequence[Form]) -> Form:
         flat.extend(child[1:] if child[0] == sign else (child,))
     elements = sorted({child for child in flat if isinstance(child, str)})
     rest = [child for child in flat if not isinstance(child, str)]
-    ordered = sorted([*elements, *rest], key=key)
-    return ordered[0] if len(ordered) == 1 else (sign, *ordered)
+    ordered: list[Form] = sorted([*elements, *rest], key=key)
+    if len(ordered) == 1:
+        return ordered[0]
+    return (sign, *ordered)
 
 
 def bridge_turn(branches: tuple[Form, ...]) -> tuple[int, ...]:
@@ -80,18 +83,14 @@ def joints(sign: str, size: int, bridges: bool) -> tuple[Form, ...]:
     if sign == "#":
         found = {bridged(branches) for branches in _branchings(size)} if bridges else set()
         return tuple(sorted(found, key=key))
-    return tuple(
-        sorted({joined(sign, children) for children in _children(sign, size, size - 1, bridges)}, key=key)
-    )
+    return tuple(sorted({joined(sign, children) for children in _children(sign, size, size - 1, bridges)}, key=key))
 
 
 def _children(sign: str, size: int, largest: int, bridges: bool) -> Iterator[tuple[Form, ...]]:
-    """Sets of children, none larger than `largest`, with `size` elements in all: bags of joints and a set of elements."""
+    """Sets of children of `size` elements in all, none larger than `largest`: bags of joints, a set of elements."""
     if largest <= 1:
         if size <= len(KINDS):
-            yield from (
-                chosen for chosen in combinations_with_replacement(KINDS, size) if len(set(chosen)) == size
-            )
+            yield from (chosen for chosen in combinations_with_replacement(KINDS, size) if len(set(chosen)) == size)
         return
     inner = joints(DUAL[sign], largest, bridges) + joints("#", largest, bridges)
     for count in range(size // largest + 1):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from posreal.design.problem import Problem
 from posreal.design.search.front import designed, ranked
@@ -23,6 +24,7 @@ from posreal.errors import BadInput, listed
 
 CANDIDATES = 6  # networks of each size, best in the objective
 LEVELS = (0.0, 0.25, 0.5, 0.75)  # of the way from the least of the metric to its value at the best objective
+_STARTS = 2  # random ones, besides the two ends of the front between which a design lies
 _SLACK = 1e-4  # relative, above the least value, at which there is still something to choose
 
 
@@ -30,9 +32,7 @@ def require_metric(problem: Problem, metric: str) -> None:
     """Refuse a second metric of which there is no smooth figure."""
     accepted = [name for name in mean_square_metrics(problem) if name != problem.objective]
     if metric not in accepted:
-        raise BadInput(
-            f"the objective cannot be traded against {metric!r}; it can against {listed(accepted)}"
-        )
+        raise BadInput(f"the objective cannot be traded against {metric!r}; it can against {listed(accepted)}")
 
 
 def tradeoff(
@@ -46,6 +46,7 @@ def tradeoff(
 ) -> tuple[FrontPoint, ...]:
     """The front in elements, objective and metric, from the front in elements and objective."""
     every = list(points)
+    settings = replace(settings, starts=min(settings.starts, _STARTS))
     for point in points:
         best = ranked(point.elements, classed, found)[:CANDIDATES]
         other = replace(problem, objective=metric)
@@ -80,15 +81,13 @@ def _values(problem: Problem, settings: Settings, form: Form, *warm: tuple[float
     return [best_values(problem, form, settings, [values for values in warm if values])]
 
 
-def _indexed(index: int, task: tuple[object, ...]) -> tuple[int, list[Found]]:
-    return index, _values(*task)  # type: ignore[arg-type]
+def _indexed(index: int, task: tuple[Any, ...]) -> tuple[int, list[Found]]:
+    return index, _values(*task)
 
 
-def _in_order(pool: Workers, tasks: list[tuple[object, ...]]) -> list[list[Found]]:
+def _in_order(pool: Workers, tasks: Sequence[tuple[Any, ...]]) -> list[list[Found]]:
     """Results in the order of their tasks, whoever finishes first."""
-    return [
-        result for _, result in sorted(pool.each(_indexed, list(enumerate(tasks))), key=lambda pair: pair[0])
-    ]
+    return [result for _, result in sorted(pool.each(_indexed, list(enumerate(tasks))), key=lambda pair: pair[0])]
 
 
 def _undominated(points: Sequence[FrontPoint], problem: Problem, metric: str) -> tuple[FrontPoint, ...]:

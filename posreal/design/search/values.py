@@ -44,7 +44,7 @@ class Settings:
         In N/m, N s/m and kg; a kind that is missing is free.
     """
 
-    starts: int = 8
+    starts: int
     seed: int = 0
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
@@ -121,6 +121,11 @@ def coarse(problem: Problem) -> Ground:
     return ground(problem, 8 if isinstance(problem.vehicle, PlanView) else 4, trimmed=True)
 
 
+def is_smooth(problem: Problem) -> bool:
+    """Whether a problem is a mean square over a box and no more, for which all starts descend at once."""
+    return not problem.constraints and problem.objective != "max_yv"
+
+
 def best_values(
     problem: Problem,
     form: Form,
@@ -140,7 +145,7 @@ def best_values(
     limit : float
         The best figure of the topology's limits. What comes out no better than this is not worth polishing.
     """
-    if problem.constraints or problem.objective == "max_yv":
+    if not is_smooth(problem):
         from posreal.design.search.constrained import best_constrained_values
 
         return best_constrained_values(problem, form, settings, warm, limit)
@@ -157,9 +162,7 @@ def best_values(
     return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
 
 
-def screened(
-    ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]
-) -> Array:
+def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:
     """The best of many random points, and the warm ones."""
     points = box.random(max(_SCREENED, settings.starts), generator(settings.seed, form))
     value, _ = logarithm(ground, form)(points)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
@@ -58,14 +59,8 @@ def workers(jobs: int = 1, backend: str | None = None, scheduler: str | None = N
         raise BadInput(f"unknown backend {backend!r}; {hint(backend, BACKENDS)}")
     if backend != "dask":
         if scheduler is not None:
-            raise BadInput(
-                f"a scheduler ({scheduler}) is for the dask backend; give backend dask too, or leave it out"
-            )
-        with (
-            parallel_config(backend=backend, inner_max_num_threads=1)
-            if backend == "loky"
-            else _as_it_is(backend)
-        ):
+            raise BadInput(f"a scheduler ({scheduler}) is for the dask backend; give backend dask too, or leave it out")
+        with parallel_config(backend=backend, inner_max_num_threads=1) if backend == "loky" else _as_it_is(backend):
             yield Workers(min(jobs, os.cpu_count() or 1) if jobs > 0 else jobs)
         return
     client = _client(scheduler)
@@ -89,7 +84,7 @@ def _client(scheduler: str | None) -> Any:
     if scheduler is None:
         raise BadInput("the dask backend needs the address of a scheduler, such as tcp://10.0.0.1:8786")
     try:
-        from distributed import Client
+        Client = import_module("distributed").Client
     except ImportError:
         raise BadInput(
             "the dask backend needs dask.distributed; install it with: pip install 'posreal[dask]'"
@@ -100,7 +95,5 @@ def _client(scheduler: str | None) -> Any:
         raise BadInput(f"no Dask scheduler answers at {scheduler}: {str(error).splitlines()[0]}") from None
     if not client.scheduler_info()["workers"]:
         client.close()
-        raise BadInput(
-            f"the Dask scheduler at {scheduler} has no workers; start some with: dask worker {scheduler}"
-        )
+        raise BadInput(f"the Dask scheduler at {scheduler} has no workers; start some with: dask worker {scheduler}")
     return client

@@ -2,7 +2,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from posreal.network import Graph, nodal_admittance
-from posreal.network.layout import LENGTH, layout
+from posreal.network.geometry import LENGTH, geometry
 from tests.network.reading import Joined
 from tests.strategies import bridges, networks, trees
 
@@ -33,12 +33,12 @@ def read(plan):
 
 @given(st.one_of(trees(16), bridges(3)))
 def test_the_wires_alone_tell_the_network(network):
-    assert nodal_admittance(read(layout(network))) == nodal_admittance(network)
+    assert nodal_admittance(read(geometry(network))) == nodal_admittance(network)
 
 
 @given(networks(16))
 def test_nothing_lies_on_anything(network):
-    plan = layout(network)
+    plan = geometry(network)
     places = [(e.y, e.x) for e in plan.elements]
     assert len(plan.elements) + len(plan.beams) == len(network)
     for i, (y, x) in enumerate(places):
@@ -49,6 +49,6 @@ def test_nothing_lies_on_anything(network):
 
 @given(networks(12))
 def test_every_element_is_placed_under_its_own_name(network):
-    plan = layout(network)
+    plan = geometry(network)
     placed = {p.name: p.element for p in plan.elements} | {b.name: b.lever for b in plan.beams}
     assert placed == dict(zip(network.names, network.elements(), strict=True))

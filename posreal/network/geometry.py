@@ -42,7 +42,7 @@ class Beam:
 
 
 @dataclass
-class Layout:
+class Geometry:
     """A picture's parts; the network's wire enters at (0, 0) and leaves at (width, 0)."""
 
     width: float
@@ -53,10 +53,10 @@ class Layout:
     dots: list[Point] = field(default_factory=list)
 
 
-def layout(network: Network) -> Layout:
+def geometry(network: Network) -> Geometry:
     """Place every element, wire, junction and lever of a network."""
     width, rows = _size(network)
-    picture = Layout(width + 2 * MARGIN, rows)
+    picture = Geometry(width + 2 * MARGIN, rows)
     picture.wires += [((0, 0), (MARGIN, 0)), ((MARGIN + width, 0), (picture.width, 0))]
     _place(network, iter(network.names), picture, MARGIN, 0, width)
     return picture
@@ -79,7 +79,7 @@ def _plan(graph: Graph) -> rails.Plan:
     return rails.plan(graph, branches, [(0.0, 1.0)] * len(graph.levers), MARGIN, LENGTH + 2 * MARGIN)
 
 
-def _place(network: Network, names: Iterator[str], picture: Layout, x: float, y: float, width: float) -> None:
+def _place(network: Network, names: Iterator[str], picture: Geometry, x: float, y: float, width: float) -> None:
     """Draw a network on a stretch of wire from (x, y), as wide as it needs or wider."""
     spare = width - _size(network)[0]
     if isinstance(network, Element):
@@ -102,7 +102,9 @@ def _place(network: Network, names: Iterator[str], picture: Layout, x: float, y:
         _place_parallel(network, names, picture, x, y, width)
 
 
-def _place_parallel(network: Network, names: Iterator[str], picture: Layout, x: float, y: float, width: float) -> None:
+def _place_parallel(
+    network: Network, names: Iterator[str], picture: Geometry, x: float, y: float, width: float
+) -> None:
     children = network.children  # type: ignore[attr-defined]
     row = y
     for i, child in enumerate(children):
@@ -116,7 +118,7 @@ def _place_parallel(network: Network, names: Iterator[str], picture: Layout, x: 
     picture.wires += [((end, y), (end, last)) for end in (x, x + width)]
 
 
-def _place_graph(graph: Graph, names: Iterator[str], picture: Layout, x: float, y: float) -> None:
+def _place_graph(graph: Graph, names: Iterator[str], picture: Geometry, x: float, y: float) -> None:
     plan = _plan(graph)
     columns = [x + column for column in plan.columns()]
     for rail, column in enumerate(columns):
@@ -139,6 +141,6 @@ def _place_graph(graph: Graph, names: Iterator[str], picture: Layout, x: float, 
         picture.beams.append(Beam(near, pivot, far, y + span.row, next(names), lever))
 
 
-def _wire(picture: Layout, start: float, end: float, y: float) -> None:
+def _wire(picture: Geometry, start: float, end: float, y: float) -> None:
     if end - start > 1e-9:
         picture.wires.append(((start, y), (end, y)))

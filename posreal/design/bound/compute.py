@@ -1,0 +1,111 @@
+"""Compute a bound: the certificate is found in floats, proven in balls, and only what is proven is claimed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from posreal.admittance import Rational
+from posreal.design.bound import search
+from posreal.design.bound.ports import Figure, figure
+from posreal.design.bound.result import Bound
+from posreal.design.problem import Problem
+from posreal.design.result import Design
+from posreal.errors import BadInput
+
+_MOST_POINTS = 201
+_LEFT = 1e-10  # relative; another machine may round the vehicle's matrices otherwise
+
+
+def bound(
+    subject: Problem | Figure,
+    *,
+    effort: int = 1,
+    L: int | None = None,
+    omega0: float | Sequence[float] | None = None,
+    weights: Mapping[str, float] | None = None,
+    best: Design | Rational | float | None = None,
+    form: str = "auto",
+    progress: Callable[[str], None] | None = None,
+) -> Bound:
+    """A proven lower bound on a mean-square figure over all positive-real devices.
+
+    Parameters
+    ----------
+    subject : Problem or Figure
+        A problem, whose objective is bounded over the whole band; or a figure of the user's own plant.
+    effort : int
+        0 to 3: how many points.
+    L : int, optional
+        L + 1 points instead; with one point repeated, L is the order of the truncated Taylor series.
+    omega0 : float or sequence of float, optional
+        Where the points lie, rad/s; found by a scan if not given.
+    weights : mapping of metric to float, optional
+        Bound √(Σ weight · metric²) instead of the problem's objective.
+    best : Design, Rational (a port admittance) or float, optional
+        What to show beside the bound; a float must be a figure of the bound's own kind.
+    form : {"auto", "plain", "lifted"}
+    progress : function of str, optional
+
+    Returns
+    -------
+    Bound
+        Already checked.
+
+    Raises
+    ------
+    BadInput
+        If no valid bound is known for the problem, in a sentence that says why.
+    BelowBound
+        If `best` is below the bound, which would be an error in the program.
+
+    Examples
+    --------
+    >>> from posreal.design import problem
+    >>> bound(problem("quarter-car"), L=20, omega0=20).value > 1.40
+    True
+    """
+    begun = time.monotonic()
+    say = progress or (lambda text: None)
+    if isinstance(subject, Figure):
+        about, named = subject, None
+        if weights is not None:
+            raise BadInput("a figure brings its own weights; give weights with a problem only")
+    else:
+        about, named = figure(subject, weights), subject
+    chosen = search.choose_form(about, form)
+    size = _size(about, chosen, effort, L)
+    where = _places(omega0) if omega0 is not None else search.places(about, chosen, say)
+    say(f"bound: {size} points at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
+    certificate, _ = search.certify(about, chosen, search.cycled(where, size), progress=progress)
+    say("bound: checking the certificate")
+    value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
+    found = Bound(
+        value,
+        about,
+        certificate,
+        chosen,
+        search.passive(about),
+        named,
+        () if weights is None else tuple((name, float(weight)) for name, weight in weights.items()),
+        seconds=time.monotonic() - begun,
+    )
+    return found.beside(best)
+
+
+def _size(about: Figure, form: str, effort: int, L: int | None) -> int:
+    if L is None:
+        if effort not in range(4):
+            raise BadInput(f"effort {effort} is not known; accepted are 0, 1, 2 or 3")
+        return search.size_for(about, form, effort)
+    if not 0 <= L < _MOST_POINTS:
+        raise BadInput(f"L is {L}; give 0 to {_MOST_POINTS - 1}")
+    return L + 1
+
+
+def _places(omega0: float | Sequence[float]) -> tuple[float, ...]:
+    places = tuple(float(omega) for omega in ([omega0] if isinstance(omega0, int | float) else omega0))
+    if not places or not all(math.isfinite(omega) and omega > 0 for omega in places):
+        raise BadInput(f"omega0 is {omega0}; give frequencies above 0 rad/s")
+    return places

@@ -1,0 +1,290 @@
+"""Certificates as JSON: written by `Bound.save`, read by `Bound.load`, believed only after `Bound.check`.
+
+The document says which vehicle and figure are meant (a named problem with all its parameters, or the matrices of a
+plant), what is claimed, and the certificate's numbers. Everything derived from these is written for the reader's
+convenience and compared when it is read: a document that contradicts itself is refused.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flint import fmpq
+
+from posreal.admittance import Rational
+from posreal.admittance.exact import to_fmpq, to_text
+from posreal.design.bound.ports import Figure, figure
+from posreal.design.bound.result import Best, Bound
+from posreal.design.bound.search import LIFTED, PLAIN, Certificate
+from posreal.design.problem import Mounting, Problem, problem, problems
+from posreal.errors import BadDevice, BadInput, listed
+from posreal.vehicle.plant import Plant, ShapingFilter
+
+_FORMAT = "posreal bound 1"
+_LARGEST_FILE = 20_000_000  # bytes
+_LARGEST_FACTOR = 400  # rows: what a check takes a minute for
+_PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
+
+
+def to_dict(bound: Bound) -> dict[str, Any]:
+    """The bound as JSON-able data."""
+    numbers = bound.certificate
+    return {
+        "format": _FORMAT,
+        "bound": {"value": bound.value, "unit": bound.unit, "metric": bound.metric, "kind": bound.kind},
+        "holds_for": bound.devices,
+        "passive": bound.passive,
+        "best": None
+        if bound.best is None
+        else {
+            "label": bound.best.label,
+            "value": bound.best.value,
+            "unit": bound.unit,
+            "port": None if bound.best.device is None else bound.best.device.to_dict(),
+        },
+        "gap_percent": bound.gap_percent,
+        "seconds": round(bound.seconds, 2),
+        "about": _plant_out(bound.figure) if bound.problem is None else _problem_out(bound.problem, bound.weights),
+        "certificate": {
+            "form": bound.form,
+            "points": [to_text(point) for point in numbers.points],
+            "damper": to_text(numbers.damper),
+            "factor": [[float(value) for value in row[: k + 1]] for k, row in enumerate(numbers.factor)],
+            "multipliers": [[float(value) for value in row] for row in numbers.multipliers],
+        },
+    }
+
+
+def save(bound: Bound, path: str | Path) -> None:
+    """Write `to_dict` to a file."""
+    try:
+        Path(path).write_text(json.dumps(to_dict(bound), allow_nan=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def load(path: str | Path) -> Bound:
+    """Read a certificate file.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, is no certificate, or contradicts itself.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise BadInput(f"{path} is larger than {_LARGEST_FILE} bytes; a certificate is a few hundred kilobytes")
+        document = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_constant)
+    except OSError as error:
+        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise BadInput(f"{path} is not valid JSON: {error}") from None
+    try:
+        return from_dict(document)
+    except (BadInput, BadDevice) as error:
+        raise BadInput(f"{path}: {error}") from None
+
+
+def from_dict(document: Any) -> Bound:
+    """The bound that `to_dict` wrote.
+
+    Raises
+    ------
+    BadInput
+        If the document is not one, or contradicts itself.
+    """
+    top = _table(
+        document,
+        "the certificate",
+        ("format", "bound", "holds_for", "passive", "best", "gap_percent", "seconds", "about", "certificate"),
+    )
+    if not isinstance(top["passive"], bool):
+        raise BadInput(f"passive is {top['passive']!r}; accepted are true or false")
+    if top["format"] != _FORMAT:
+        raise BadInput(f"format is {top['format']!r}; this version reads {_FORMAT!r}")
+    claim = _table(top["bound"], "bound", ("value", "unit", "metric", "kind"))
+    numbers = _table(top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers"))
+    if numbers["form"] not in (PLAIN, LIFTED):
+        raise BadInput(f"form is {numbers['form']!r}; accepted are {PLAIN} or {LIFTED}")
+    about, named, weights = _about(top["about"])
+    found = Bound(
+        _number(claim["value"], "the bound's value"),
+        about,
+        _certificate(numbers, len(about.loops)),
+        numbers["form"],
+        top["passive"] is True,
+        named,
+        weights,
+        _best(top["best"], about),
+        _number(top["seconds"], "seconds"),
+    )
+    stated = {"unit": claim["unit"], "metric": claim["metric"], "kind": claim["kind"], "holds_for": top["holds_for"]}
+    derived = {"unit": found.unit, "metric": found.metric, "kind": found.kind, "holds_for": found.devices}
+    for name, value in derived.items():
+        if stated[name] != value:
+            raise BadInput(f"{name} is stated as {stated[name]!r}, and what the certificate is about has {value!r}")
+    gap, said = found.gap_percent, top["gap_percent"]
+    if (gap is None) != (said is None) or (gap is not None and abs(gap - _number(said, "gap_percent")) > 1e-6):
+        raise BadInput(f"gap_percent is stated as {said!r}, and bound and best give {gap!r}")
+    return found
+
+
+# --- the vehicle ---------------------------------------------------------------------------------------------
+
+
+def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> dict[str, Any]:
+    return {
+        "problem": subject.name,
+        "objective": subject.objective,
+        "weights": dict(weights) if weights else None,
+        "vehicle": dataclasses.asdict(subject.vehicle),
+    }
+
+
+def _plant_out(about: Figure) -> dict[str, Any]:
+    plant, shaping = about.plant, about.plant.shaping
+    around = {name: getattr(about.mounting, name) for name in ("beside", "behind")}
+    return {
+        "plant": {name: getattr(plant, name).tolist() for name in _PLANT}
+        | {"outputs": list(plant.outputs), "groups": list(plant.groups), "density": float(plant.density)},
+        "shaping": None if shaping is None else {name: getattr(shaping, name).tolist() for name in "ABCD"},
+        "mounting": {name: None if part is None else part.to_dict() for name, part in around.items()},
+        "weights": {name: to_text(weight) for name, weight in about.weights.items()},
+        "metric": about.metric,
+        "unit": about.unit,
+    }
+
+
+def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], ...]]:
+    if isinstance(data, dict) and "plant" in data:
+        return _plant_in(data), None, ()
+    table = _table(data, "about", ("problem", "objective", "weights", "vehicle"))
+    if table["problem"] not in [entry.name for entry in problems()]:
+        raise BadInput(f"problem is {table['problem']!r}; known are {listed(entry.name for entry in problems())}")
+    posed = problem(table["problem"])
+    fields = tuple(field.name for field in dataclasses.fields(posed.vehicle))
+    values = {
+        name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()
+    }
+    posed = dataclasses.replace(posed, objective=str(table["objective"]), vehicle=type(posed.vehicle)(**values))
+    if table["weights"] is None:
+        return figure(posed), posed, ()
+    if not isinstance(table["weights"], dict):
+        raise BadInput("weights are a table of metric and number, or null")
+    weights = {str(name): _number(value, f"weight of {name}") for name, value in table["weights"].items()}
+    return figure(posed, weights), posed, tuple(weights.items())
+
+
+def _plant_in(data: Any) -> Figure:
+    table = _table(data, "about", ("plant", "shaping", "mounting", "weights", "metric", "unit"))
+    parts = _table(table["plant"], "plant", (*_PLANT, "outputs", "groups", "density"))
+    arrays = {name: _array(parts[name], name) for name in _PLANT}
+    shaping = None
+    if table["shaping"] is not None:
+        inner = _table(table["shaping"], "shaping", tuple("ABCD"))
+        shaping = ShapingFilter(**{name: _array(inner[name], f"shaping {name}") for name in "ABCD"})
+    around = _table(table["mounting"], "mounting", ("beside", "behind"))
+    mounting = Mounting(
+        **{name: None if part is None else Rational.from_dict(part) for name, part in around.items()}
+    )
+    if not isinstance(table["weights"], dict):
+        raise BadInput("weights are a table of output and number")
+    try:
+        plant = Plant(
+            **arrays,
+            outputs=tuple(map(str, parts["outputs"])),
+            groups=tuple(map(str, parts["groups"])),
+            shaping=shaping,
+            density=_number(parts["density"], "density"),
+        )
+        return Figure(
+            plant,
+            mounting,
+            {str(name): to_fmpq(value) for name, value in table["weights"].items()},
+            str(table["metric"]),
+            str(table["unit"]),
+        )
+    except (ValueError, IndexError, TypeError) as error:
+        raise BadInput(f"the plant's matrices do not fit together: {error}") from None
+
+
+# --- the numbers ---------------------------------------------------------------------------------------------
+
+
+def _certificate(table: dict[str, Any], loops: int) -> Certificate:
+    if not isinstance(table["points"], list) or not table["points"]:
+        raise BadInput("points are a list of frequencies, rad/s")
+    points = tuple(_positive(point, "a point") for point in table["points"])
+    m = len(points)
+    size, pairs = loops * m, loops * (loops - 1) // 2
+    if size > _LARGEST_FACTOR:
+        raise BadInput(f"{m} points and {loops} loops are more than {_LARGEST_FACTOR} together")
+    rows, multipliers = table["factor"], table["multipliers"]
+    if not isinstance(rows, list) or len(rows) != size or not isinstance(multipliers, list) or len(multipliers) != pairs:
+        raise BadInput(f"{loops} loops and {m} points need {size} rows in factor and {pairs} in multipliers")
+    factor, mu = np.zeros((size, size)), np.zeros((pairs, m))
+    for target, given, name in [
+        *((factor[k, : k + 1], row, f"row {k + 1} of factor") for k, row in enumerate(rows)),
+        *((mu[k], row, f"row {k + 1} of multipliers") for k, row in enumerate(multipliers)),
+    ]:
+        if not isinstance(given, list) or len(given) != len(target):
+            raise BadInput(f"{name} needs {len(target)} numbers")
+        target[:] = [_number(value, name) for value in given]
+    return Certificate(points, _positive(table["damper"], "damper"), factor, mu)
+
+
+def _best(data: Any, about: Figure) -> Best | None:
+    if data is None:
+        return None
+    table = _table(data, "best", ("label", "value", "unit", "port"))
+    if table["unit"] != about.unit:
+        raise BadInput(f"best is in {table['unit']!r}, and the bound in {about.unit!r}")
+    device = None if table["port"] is None else Rational.from_dict(table["port"])
+    return Best(str(table["label"]), _number(table["value"], "best"), device)
+
+
+def _table(data: Any, name: str, keys: tuple[str, ...]) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        raise BadInput(f"{name} is not a table with {listed(keys).replace(' or ', ' and ')}")
+    for key in keys:
+        if key not in data:
+            raise BadInput(f"{name} lacks {key}")
+    for key in data:
+        if key not in keys:
+            raise BadInput(f"{name} has an unknown entry {key!r}; accepted are {listed(keys)}")
+    return data
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise BadInput(f"{name} is {value!r}, not a finite number")
+    return float(value)
+
+
+def _positive(value: Any, name: str) -> fmpq:
+    if not isinstance(value, str) or len(value) > 100:
+        raise BadInput(f"{name} is {value!r}, not a short exact number in quotes")
+    number = to_fmpq(value)
+    if number <= 0:
+        raise BadInput(f"{name} is {value}; it must be above 0")
+    return number
+
+
+def _array(data: Any, name: str) -> np.ndarray:
+    try:
+        array = np.array(data, dtype=float)
+    except (TypeError, ValueError):
+        raise BadInput(f"{name} is not an array of numbers") from None
+    if not np.all(np.isfinite(array)):
+        raise BadInput(f"{name} has entries that are not finite")
+    return array
+
+
+def _no_constant(text: str) -> Any:
+    raise BadInput(f"{text} is not a number that a certificate may hold")

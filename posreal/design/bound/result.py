@@ -1,0 +1,205 @@
+"""A bound: what no positive-real device can go below, with the numbers that prove it and the best design beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from posreal.admittance import Rational
+from posreal.admittance.exact import to_float
+from posreal.admittance.positive_real import require
+from posreal.design.bound.certificate import NotProven
+from posreal.design.bound.ports import Figure
+from posreal.design.bound.search import Certificate, passive
+from posreal.design.problem import Problem
+from posreal.design.result import Design
+
+_ROUNDING = 1e-9
+"""Relative: what a figure computed in floats may be off by, and what a claim leaves below its proof for another
+machine's rounding of the vehicle's matrices."""
+
+
+class BelowBound(AssertionError):
+    """A design below a proven bound: one of the two is computed wrongly, so nothing should be reported."""
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best design known, in the very figure that is bounded.
+
+    Attributes
+    ----------
+    label : str
+    value : float
+        Whole-band figure, in the bound's unit.
+    device : Rational or None
+        What stands in the port, everything beside and behind the device included; None for a bare number.
+    """
+
+    label: str
+    value: float
+    device: Rational | None
+
+
+@dataclass(frozen=True)
+class Bound:
+    """No positive-real device makes the figure smaller than `value`.
+
+    Attributes
+    ----------
+    value : float
+        Lower bound on J.
+    figure : Figure
+        What J is: vehicle, outputs, unit, band.
+    certificate : Certificate
+    form : {"plain", "lifted"}
+        Which search found the certificate.
+    passive : bool
+        Whether every port is passive; otherwise the bound is over the devices with which the vehicle is stable.
+    problem : Problem or None
+        The named problem whose objective it is; None for a plant of the user's.
+    weights : tuple of (metric, weight)
+        Of a weighted sum of squares; empty for the problem's own objective.
+    best : Best or None
+    seconds : float
+    """
+
+    value: float
+    figure: Figure
+    certificate: Certificate
+    form: str
+    passive: bool
+    problem: Problem | None = None
+    weights: tuple[tuple[str, float], ...] = ()
+    best: Best | None = None
+    seconds: float = 0.0
+
+    @property
+    def unit(self) -> str:
+        """Unit of the value."""
+        return self.figure.unit
+
+    @property
+    def metric(self) -> str:
+        """Name of J."""
+        return self.figure.metric
+
+    @property
+    def kind(self) -> str:
+        """Which band J is over; figures of another kind are not comparable."""
+        return self.figure.kind
+
+    @property
+    def gap_percent(self) -> float | None:
+        """By how many per cent the bound is below the best design known."""
+        return None if self.best is None else 100 * (1 - self.value / self.best.value)
+
+    @property
+    def devices(self) -> str:
+        """Over which devices the bound holds."""
+        suffix = "" if self.passive else " with which the vehicle is stable"
+        return f"every positive-real device of any order{suffix}"
+
+    def check(self) -> float:
+        """Prove the bound again from its certificate alone, in ball arithmetic; no solver.
+
+        Returns
+        -------
+        float
+            What the certificate proves, at least `value`.
+
+        Raises
+        ------
+        NotProven
+            If it proves less than is claimed, or nothing; or the design beside it does not have the stated figure.
+        """
+        proof = self.certificate.lower_bound(self.figure)
+        if not 0 <= self.value <= proof:
+            raise NotProven(
+                f"the claim is {self.metric} ≥ {self.value:.12g} {self.unit}, and the certificate proves {proof:.12g} "
+                "for this vehicle: the file was changed, or belongs to another vehicle"
+            )
+        if self.passive != passive(self.figure):
+            raise NotProven("the ports are stated to be passive and are not, or the other way round")
+        if self.best is not None and self.best.device is not None:
+            value = self.figure.measure(require(self.best.device))
+            if abs(value - self.best.value) > 1e-6 * value:
+                raise NotProven(
+                    f"the design {self.best.label} has {self.metric} = {value:.10g} {self.unit} ({self.kind}), "
+                    f"not {self.best.value:.10g} as stated"
+                )
+        if self.best is not None and self.best.value < self.value * (1 - _ROUNDING):
+            raise NotProven(f"the design {self.best.label} is stated to be below the bound, which cannot be")
+        return proof
+
+    def beside(self, best: Design | Rational | float | None, *, label: str = "") -> Bound:
+        """The same bound with a design beside it, measured in the bound's own figure.
+
+        Parameters
+        ----------
+        best : Design, Rational (a port admittance), float (a figure of the bound's kind and unit) or None
+
+        Raises
+        ------
+        BelowBound
+            If it is below the bound: that is an error in the program, not a discovery.
+        """
+        if best is None:
+            return dataclasses.replace(self, best=None)
+        if isinstance(best, Design):
+            found = Best(label or best.label, self.figure.measure(best.port), best.port)
+        elif isinstance(best, Rational):
+            found = Best(label or "given device", self.figure.measure(best), best)
+        else:
+            found = Best(label or "given figure", float(best), None)
+        if not found.value >= self.value * (1 - _ROUNDING):
+            raise BelowBound(
+                f"{found.label} has {self.metric} = {found.value:.10g} {self.unit} ({self.kind}), below the proven bound "
+                f"{self.value:.10g}; either the figure is wrong or it is of another kind"
+            )
+        return dataclasses.replace(self, best=found)
+
+    def require_not_below(self, design: Design) -> None:
+        """Raise `BelowBound` if a design of the same problem is below the bound."""
+        self.beside(design)
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.metric} ≥ {self.value:.7g} {self.unit} for {self.devices}  ({self.kind})",
+            f"  proof: {len(self.certificate.points)} points at {_listed(self.certificate)} rad/s, {self.form} form; "
+            "checked in ball arithmetic, no solver involved",
+        ]
+        if self.best is not None:
+            lines.append(
+                f"  best known: {self.best.value:.7g} {self.unit} ({self.best.label}, same figure); "
+                f"gap {self.gap_percent:.3g} %"
+            )
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able; the document is itself a certificate that `load` reads."""
+        from posreal.design.bound.record import to_dict
+
+        return to_dict(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the certificate as JSON."""
+        from posreal.design.bound.record import save
+
+        save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Bound:
+        """Read a certificate; nothing is believed until `check`."""
+        from posreal.design.bound.record import load
+
+        return load(path)
+
+
+def _listed(certificate: Certificate) -> str:
+    return " and ".join(f"{to_float(a):g}" for a in sorted(set(certificate.points)))
+
+
+__all__ = ["BelowBound", "Best", "Bound"]

@@ -1,0 +1,271 @@
+"""Figures of a closed vehicle that a search may minimise or limit, each with its exact slope in the device.
+
+Every one is a functional of the response z(s) of an output on a grid, dF = Re Σ a dz, and the port gives dz/dY:
+
+    root mean square     F² = S Σ w |z|²,                       a = S w z̄/F                  s = jω
+    largest gain         F = maxₖ |zₖ|,                          a = z̄ₖ/|zₖ|                  s = jω
+    peak in time         F = maxₜ |y(t)|,  y(t) = e^{σt}/π ∫ Re(z W e^{jωt}) dω,   a = ± w W e^{st}   s = σ + jω
+
+The last is the inverse Laplace transform on a line to the right of all poles, with W the transform of the input; the
+trapezoidal rule of step Δ aliases y(t + 2π/Δ) in, smaller by e^{−2πσ/Δ} [AbateWhitt1992], so it is exact to that.
+A maximum is given as its few largest local maxima, one number each: a search that lowers the first may raise the
+second, and wants to know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from posreal.design.problem import Problem
+from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.scale import Scale
+from posreal.vehicle import PortResponses
+
+Real = np.ndarray
+Complex = np.ndarray
+
+MAXIMA = 3  # local maxima that stand for a maximum
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Numbers (m,), their slopes (size, m) in the vector of a chart, and (m,) in each free vehicle parameter."""
+
+    values: Real
+    by_theta: Real
+    by: Mapping[str, Real]
+
+
+class Figure(Protocol):
+    """One or more numbers that depend on the device and on the free vehicle parameters."""
+
+    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The numbers and their slopes at a point of a chart."""
+
+    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
+        """The numbers for a scaled device given by its values on the figure's own grid."""
+
+    @property
+    def s(self) -> Complex:
+        """The grid in scaled time."""
+
+
+@dataclass(frozen=True)
+class Inside:
+    """What the ports hold on a grid: the device in its mounting, and the vehicle parameters that are free.
+
+    With H the scaled device (:class:`Scale`), the secondary port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0)
+    behind a bush kb; a free Ksy stands in Y_beside, and free Kpy, Cpy make the primary ports hold Kpy/s + Cpy.
+    """
+
+    problem: Problem
+    scale: Scale
+    s: Complex
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The free vehicle parameters."""
+        return tuple(self.problem.free)
+
+    @cached_property
+    def nominal(self) -> dict[str, float]:
+        """The free parameters at the vehicle's own values."""
+        return {name: float(getattr(self.problem.vehicle, name)) for name in self.names}
+
+    @cached_property
+    def _beside(self) -> Complex:
+        beside = self.problem.mounting.beside
+        return np.zeros_like(self.s) if beside is None else np.asarray(beside(self.s))
+
+    @cached_property
+    def _give(self) -> Complex:
+        """Mobility of the bush."""
+        behind = self.problem.mounting.behind
+        return np.zeros_like(self.s) if behind is None else 1 / np.asarray(behind(self.s))
+
+    def ports(self, H: Complex, parameters: Mapping[str, float] | None = None) -> tuple[dict[str, Complex], Complex]:
+        """The admittance of each group of ports, and dY_secondary/dH."""
+        values = {**self.nominal, **(parameters or {})}
+        c0 = self.scale.damper
+        if self.scale.impedance:
+            inner = 1 / (self._give + H / c0)
+            slope = -(inner**2) / c0
+        else:
+            inner, slope = c0 * H, np.full_like(H, c0)
+        beside = self._beside
+        if "Ksy" in values:
+            beside = beside + (values["Ksy"] - self.nominal["Ksy"]) / self.s
+        found = {"secondary": beside + inner}
+        if "Kpy" in values:
+            found["primary"] = values["Kpy"] / self.s + values["Cpy"]
+        return found, slope
+
+    def by_parameter(self, slopes: Mapping[str, Complex]) -> dict[str, Real]:
+        """Slopes in the free parameters of figures with slopes dF = Re Σ g dY, g (…, N) for each group of ports."""
+        shares = {"Ksy": ("secondary", 1 / self.s), "Kpy": ("primary", 1 / self.s), "Cpy": ("primary", 1.0 + 0 * self.s)}
+        return {
+            name: np.asarray((slopes[shares[name][0]] * shares[name][1]).real.sum(axis=-1)) for name in self.names
+        }
+
+
+class Functional(Protocol):
+    """z on the grid to numbers (m,) and the a (m, N) of the module's text."""
+
+    def __call__(self, z: Complex) -> tuple[Real, Complex]: ...
+
+
+@dataclass(frozen=True)
+class RootMeanSquare:
+    """F² = Σ w |z|², density and unit in `weight`."""
+
+    weight: Real
+
+    def __call__(self, z: Complex) -> tuple[Real, Complex]:
+        F = np.sqrt(self.weight @ np.abs(z) ** 2)
+        return np.array([F]), (self.weight * z.conj() / F)[None, :]
+
+
+@dataclass(frozen=True)
+class LargestGain:
+    """The largest local maxima of unit·|z| on a grid of frequencies."""
+
+    unit: float
+
+    def __call__(self, z: Complex) -> tuple[Real, Complex]:
+        size = np.abs(z)
+        at = _largest(size)
+        a = np.zeros((len(at), len(z)), dtype=complex)
+        a[np.arange(len(at)), at] = self.unit * z[at].conj() / np.maximum(size[at], 1e-300)
+        return self.unit * size[at], a
+
+
+@dataclass(frozen=True)
+class PeakInTime:
+    """The largest local maxima of |y(t)| on 0 … `stop` seconds.
+
+    Attributes
+    ----------
+    s : (N,) points σ + jω, evenly spaced from ω = 0
+    kernel : (N,) transform of the input times the weights of the trapezoidal rule, unit included
+    stop : float, seconds
+    """
+
+    s: Complex
+    kernel: Complex
+    stop: float
+
+    @cached_property
+    def _sampled(self) -> tuple[Real, Complex]:
+        t = np.arange(0.0, self.stop, 0.02)
+        return t, np.exp(np.multiply.outer(t, self.s)) * self.kernel
+
+    def __call__(self, z: Complex) -> tuple[Real, Complex]:
+        t, E = self._sampled
+        y = (E @ z).real
+        at = _largest(np.abs(y))
+        top = t[at]
+        for _ in range(3):  # Newton on y' = 0, kept near its sample
+            rows = np.exp(np.multiply.outer(top, self.s)) * self.kernel
+            first, second = (rows @ (self.s * z)).real, (rows @ (self.s**2 * z)).real
+            step = np.where(second == 0, 0.0, -first / np.where(second == 0, 1.0, second))
+            inner = (at > 0) & (at < len(t) - 1)
+            top = np.where(inner, np.clip(top + step, t[at] - 0.03, t[at] + 0.03), t[at])
+        rows = np.exp(np.multiply.outer(top, self.s)) * self.kernel
+        values = (rows @ z).real
+        sign = np.sign(values)
+        return np.abs(values), sign[:, None] * rows
+
+
+def _largest(size: Real) -> np.ndarray:
+    """Indices of the largest local maxima, filled up with those of the smallest entries where there are fewer."""
+    edge = np.concatenate([[-np.inf], size, [-np.inf]])
+    tops = np.flatnonzero((edge[1:-1] >= edge[:-2]) & (edge[1:-1] > edge[2:]))
+    tops = tops[np.argsort(-size[tops], kind="stable")][:MAXIMA]
+    return np.concatenate([tops, np.argsort(size, kind="stable")[: MAXIMA - len(tops)]]).astype(int)
+
+
+def laplace_line(stop: float, input_corners: tuple[tuple[float, float], ...], unit: float) -> PeakInTime:
+    """The functional for an input made of ramps, w(t) = Σ change · max(0, t − instant).
+
+    Parameters
+    ----------
+    stop : float
+        Last instant, seconds, at which a peak counts.
+    input_corners : tuple of (instant, change)
+    unit : float
+        Multiplies y.
+    """
+    period = 3 * stop  # aliasing period: e^{−σ·(period)} beside what counts
+    sigma, step = 18.0 / period, 2 * np.pi / period
+    omega = step * np.arange(round(150.0 / step))
+    s = sigma + 1j * omega
+    W = sum(change * np.exp(-s * instant) for instant, change in input_corners) / s**2
+    weight = np.full(len(s), step / np.pi)
+    weight[0] /= 2
+    return PeakInTime(s, unit * weight * W, stop)
+
+
+@dataclass(frozen=True)
+class PortFigure:
+    """A functional of one output of a vehicle."""
+
+    inside: Inside
+    port: PortResponses
+    functional: Functional
+    gain: float = 1.0
+
+    @property
+    def s(self) -> Complex:
+        """The grid in scaled time."""
+        return self.inside.s / self.inside.scale.omega
+
+    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
+        """The numbers for a device given by its values on the grid."""
+        z, _ = self.port.closed(self.inside.ports(H, parameters)[0])
+        return self.gain * self.functional(z)[0]
+
+    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The numbers and their slopes at a point of a chart."""
+        H, dH = chart.values_and_slopes(theta, self.s)
+        Y, inner = self.inside.ports(H, parameters)
+        z, dz = self.port.closed(Y)
+        F, a = self.functional(z)
+        slopes = {group: self.gain * a * slope for group, slope in dz.items()}
+        g = slopes["secondary"] * inner
+        by_theta = dH.real @ g.real.T - dH.imag @ g.imag.T
+        return Slopes(self.gain * F, by_theta, self.inside.by_parameter(slopes))
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Σ weight · (each part's largest number but for the first part, whose numbers all count)."""
+
+    parts: tuple[tuple[float, PortFigure], ...] = field(default=())
+
+    @property
+    def s(self) -> Complex:
+        """All grids, one after another."""
+        return np.concatenate([part.s for _, part in self.parts])
+
+    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
+        """The numbers for a device given by its values on the grids."""
+        pieces = np.split(H, np.cumsum([len(part.s) for _, part in self.parts])[:-1])
+        found = [w * part.values(h, parameters) for (w, part), h in zip(self.parts, pieces, strict=True)]
+        return np.asarray(found[0] + sum(other[0] for other in found[1:]))
+
+    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The numbers and their slopes at a point of a chart."""
+        found = [(w, part.slopes(chart, theta, parameters)) for w, part in self.parts]
+        w, first = found[0]
+        values, by_theta = w * first.values, w * first.by_theta
+        by = {name: w * slope for name, slope in first.by.items()}
+        for w, other in found[1:]:
+            values = values + w * other.values[0]
+            by_theta = by_theta + w * other.by_theta[:, :1]
+            by = {name: slope + w * other.by[name][0] for name, slope in by.items()}
+        return Slopes(values, by_theta, by)

@@ -1,0 +1,42 @@
+"""Largest gain of a closed vehicle over all frequencies: the H∞ norm from its input to an output.
+
+The response is sampled on a logarithmic grid with the frequencies of all poles in it, and refined around each of the
+largest samples; delays are exact, which a Hamiltonian test could not take.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from posreal.vehicle.plant import ClosedLoop, Plant
+
+POINTS = 1500  # on the logarithmic grid
+DECADES = (1e-3, 1e3)  # of the middle frequency of the poles
+
+
+def grid(plant: Plant, points: int = POINTS) -> np.ndarray:
+    """Frequencies, rad/s, on which a gain of the open plant's size and speed is seen."""
+    size = np.abs(np.linalg.eigvals(plant.A))
+    size = size[size > 1e-6 * max(size.max(), 1e-300)]
+    middle = float(np.exp(np.log(size).mean())) if len(size) else 1.0
+    return middle * np.geomspace(*DECADES, points)
+
+
+def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, float]:
+    """The largest gain and the frequency (rad/s) of it."""
+    poles = loop.poles()
+    own = np.abs(poles[np.abs(poles) > 0])
+    omega = np.unique(np.concatenate([omega, own, own * 0.999, own * 1.001]))
+    gain = np.abs(loop.response(omega, output))
+    best = (float(gain.max()), float(omega[int(np.argmax(gain))]))
+    for i in np.argsort(-gain)[:3]:
+        low, high = np.log(omega[max(i - 1, 0)]), np.log(omega[min(i + 1, len(omega) - 1)])
+        found = minimize_scalar(
+            lambda x: -float(np.abs(loop.response(np.exp([x]), output))[0]),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-10},
+        )
+        best = max(best, (-float(found.fun), float(np.exp(found.x))))
+    return best
