@@ -16,9 +16,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from posreal.design.problem import Mounting, Problem
+from posreal.design.problem import Mounting, Problem, Vehicle
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, frequency
+from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, UserPlant, frequency, gain
 
 Complex = np.ndarray
 
@@ -78,7 +78,7 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
 
 
 @lru_cache(maxsize=128)
-def _mean_square(vehicle: PlanView | SideView | QuarterCar, metric: str, primary_open: bool, panels: int) -> MeanSquare:
+def _mean_square(vehicle: Vehicle, metric: str, primary_open: bool, panels: int) -> MeanSquare:
     match vehicle:
         case PlanView() if metric in ("Macc", "J1y"):
             rule = frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
@@ -94,4 +94,8 @@ def _mean_square(vehicle: PlanView | SideView | QuarterCar, metric: str, primary
             plant = vehicle.road()
             port = plant.responses(rule.omega, "acceleration" if metric == "J1" else "tyre_force")
             return MeanSquare(rule, port, plant.density)
+        case UserPlant() if metric.startswith("rms_") and metric.removeprefix("rms_") in vehicle.plant.outputs:
+            own = vehicle.plant
+            rule = frequency.whole_line(gain.middle(own), longest_delay=float(own.delays.max()), per_decade=panels)
+            return MeanSquare(rule, own.responses(rule.omega, metric.removeprefix("rms_")), own.density)
     raise BadInput(f"{metric} is not a mean-square figure of the {vehicle.name} vehicle")

@@ -6,25 +6,28 @@ A problem cuts its vehicle open at the secondary suspension. What stays there wh
     Y_port = Y_beside + 1/(1/Y_behind + 1/Y_device).
 
 Constraints are named by the metric they limit; "no worse than the default" is the same vehicle's own figure with its
-default suspension, recomputed for the vehicle at hand.
+default suspension, recomputed for the vehicle at hand; `at_most` are numbers of the user's own. The objective may be a
+:class:`Goal` made of several metrics, and may be the worst over several operating points.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from posreal.admittance import Rational
-from posreal.errors import BadInput, hint
-from posreal.vehicle import Metric, PlanView, QuarterCar, SideView, from_file, override
+from posreal.admittance import Rational, state_space
+from posreal.design.goal import Goal, weighted_sum
+from posreal.errors import BadInput, hint, listed
+from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView, close, from_file, gain, override
 from posreal.vehicle.metrics import lateral_metrics, quarter_car_metrics, vertical_metrics
+from posreal.vehicle.user_plant import UserPlant, user_metrics
 
-Vehicle = PlanView | SideView | QuarterCar
+Vehicle = PlanView | SideView | QuarterCar | UserPlant
 VEHICLES: tuple[type[PlanView] | type[SideView] | type[QuarterCar], ...] = (PlanView, SideView, QuarterCar)
 
 
@@ -41,6 +44,13 @@ class Mounting:
         if self.behind is not None and not inner.is_zero():
             inner = self.behind + inner
         return inner if self.beside is None else self.beside | inner
+
+    def device(self, port: Rational) -> Rational:
+        """The device of a whole port, exactly: :meth:`port` backwards."""
+        inner = port if self.beside is None else port.without(self.beside)
+        if self.behind is None or inner.is_zero():
+            return inner
+        return inner.inverse().without(self.behind.inverse()).inverse()
 
     def response(self, Y: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Y_port and ∂Y_port/∂Y_device at the points `s`, for a device given by its values `Y` there."""
@@ -88,13 +98,20 @@ class Problem:
     name : str
     summary : str
         One sentence for tables.
-    vehicle : PlanView, SideView or QuarterCar
+    vehicle : PlanView, SideView, QuarterCar or UserPlant
     objective : str
         Name of the metric that is minimised.
     keep : tuple of str
         Metrics that may be no worse than with the vehicle's default suspension.
     free : mapping of vehicle parameter to Range
         Vehicle parameters that the designer may choose too.
+    at_most : mapping of metric to float
+        Upper limits on metrics, in their units. Besides the vehicle's metrics, ``inertance`` (kg, of the whole port
+        at high frequency) and ``gain_OUTPUT`` (largest gain over all frequencies) may be limited and minimised.
+    goal : Goal or None
+        What the objective is made of, where it is not a metric of the vehicle.
+    points : tuple of mappings of vehicle parameter to value
+        Operating points besides the nominal one; the objective is then the worst over all of them.
     """
 
     name: str
@@ -103,6 +120,9 @@ class Problem:
     objective: str
     keep: tuple[str, ...] = ()
     free: Mapping[str, Range] = dataclasses.field(default_factory=dict)
+    at_most: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    goal: Goal | None = None
+    points: tuple[Mapping[str, float], ...] = ()
 
     # --- the vehicle around the device -----------------------------------------------------------------------
 
@@ -122,6 +142,8 @@ class Problem:
                 return Mounting(beside=Rational.spring(k), behind=None)
             case SideView() as side:
                 return Mounting(beside=side.airspring(), behind=Rational.spring(side.bush))
+            case UserPlant() as own:
+                return Mounting(own.beside, own.behind)
         raise AssertionError(self.vehicle)
 
     @property
@@ -134,11 +156,15 @@ class Problem:
                 return {"static spring": "k"}
             case SideView():
                 return {"bush": "bush"}
+            case UserPlant():
+                return {}
         raise AssertionError(self.vehicle)
 
     @property
     def layout_mounting(self) -> Mounting:
         """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
+        if isinstance(self.vehicle, UserPlant):
+            return Mounting(self.vehicle.beside, None)
         return Mounting(self.vehicle.airspring() if isinstance(self.vehicle, SideView) else None, None)
 
     def port(self, device: Rational | None, *, whole: bool = False) -> Rational:
@@ -153,7 +179,7 @@ class Problem:
     @property
     def default_port(self) -> Rational | None:
         """Port admittance of the vehicle's default suspension, the reference of improvements; None if it has none."""
-        return None if isinstance(self.vehicle, QuarterCar) else self.port(self.default_device)
+        return None if isinstance(self.vehicle, QuarterCar | UserPlant) else self.port(self.default_device)
 
     # --- what counts -----------------------------------------------------------------------------------------
 
@@ -165,14 +191,67 @@ class Problem:
         Infeasible
             If the vehicle is not stable.
         """
+        found = self._own_metrics(port)
+        if not self.points:
+            return found
+        device = self.mounting.device(port)
+        worst, where = found[self.base_objective], "the nominal point"
+        for values in self.points:
+            point = self.at_point(values)
+            there = point._own_metrics(point.mounting.port(device))[self.base_objective]
+            if there.value > worst.value:
+                worst, where = there, ", ".join(f"{name} = {value:g}" for name, value in values.items())
+        found[self.objective] = Metric(worst.value, worst.unit, f"at {where}")
+        return found
+
+    def _own_metrics(self, port: Rational) -> dict[str, Metric]:
         match self.vehicle:
             case PlanView() as plan:
-                return lateral_metrics(plan, port)
+                found = lateral_metrics(plan, port)
             case SideView() as side:
-                return vertical_metrics(side, port)
+                found = vertical_metrics(side, port)
             case QuarterCar() as quarter:
-                return quarter_car_metrics(quarter, port)
+                found = quarter_car_metrics(quarter, port)
+            case UserPlant() as own:
+                found = user_metrics(own, port)
+        asked = {self.base_objective, *self.at_most} | {name for name, _ in (self.goal.parts if self.goal else ())}
+        if "inertance" in asked:
+            found["inertance"] = Metric(float(port.inertance), "kg")
+        for name in sorted(asked):
+            if name.startswith("gain_"):
+                plant = self.plant
+                loop = close(plant, {"secondary": state_space(port)})
+                top, omega = gain.largest(loop, name.removeprefix("gain_"), gain.grid(plant))
+                found[name] = Metric(top, "1", f"at {omega:.4g} rad/s")
+        if self.goal is not None:
+            found[self.goal.name] = self.goal.of(found)
+        return found
+
+    @property
+    def plant(self) -> Plant:
+        """The vehicle on its random track or road, cut open at the device."""
+        match self.vehicle:
+            case PlanView() as plan:
+                return plan.random_track()
+            case SideView() as side:
+                return side.track()
+            case QuarterCar() as quarter:
+                return quarter.road()
+            case UserPlant() as own:
+                return own.plant
         raise AssertionError(self.vehicle)
+
+    @property
+    def base_objective(self) -> str:
+        """The objective at one operating point."""
+        return self.objective.removeprefix(_WORST_CASE) if self.points else self.objective
+
+    def at_point(self, values: Mapping[str, float]) -> Problem:
+        """The same objective at one of the operating points alone, without constraints."""
+        vehicle = override(self.vehicle, values)
+        return dataclasses.replace(
+            self, vehicle=vehicle, objective=self.base_objective, points=(), keep=(), free={}, at_most={}
+        )
 
     @cached_property
     def default_metrics(self) -> dict[str, Metric] | None:
@@ -182,12 +261,13 @@ class Problem:
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
         """The constraints with their values."""
-        if not self.keep or self.default_metrics is None:
-            return ()
-        return tuple(
-            Constraint(name, ">=" if name == "Ldmp" else "<=", self.default_metrics[name].value, "the default's")
-            for name in self.keep
-        )
+        kept: tuple[Constraint, ...] = ()
+        if self.keep and self.default_metrics is not None:
+            kept = tuple(
+                Constraint(name, ">=" if name == "Ldmp" else "<=", self.default_metrics[name].value, "the default's")
+                for name in self.keep
+            )
+        return kept + tuple(Constraint(name, "<=", value, "a limit") for name, value in self.at_most.items())
 
     def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = 1e-9) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""
@@ -204,6 +284,8 @@ class Problem:
         name = name or self.objective
         return 100 * (1 - metrics[name].value / self.default_metrics[name].value)
 
+
+_WORST_CASE = "worst-case "
 
 _KPY, _CPY, _KSY = Range(2.4e6, 9.4e6), Range(2.4e3, 6e4), Range(1.2e5, 4.9e5)
 """Half to twice the default stiffnesses, a fifth to five times the damping: a re-tuning, not another vehicle."""
@@ -270,6 +352,8 @@ def problem(
     stiffness: float | None = None,
     vehicle_file: Any = None,
     vehicle: Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
+    worst_case: Sequence[Mapping[str, Any]] = (),
 ) -> Problem:
     """A design problem by name.
 
@@ -278,16 +362,21 @@ def problem(
     name : str
         ``lateral-comfort``, ``lateral-comfort-primary``, ``lateral-gauging``, ``lateral-gauging-primary``,
         ``vertical-comfort`` or ``quarter-car``.
-    position : {"L", "M", "T"}, optional
-        Where ride is measured in ``vertical-comfort`` (T by default).
-    objective : {"J1", "J3"}, optional
-        What is minimised in ``quarter-car`` (J1 by default).
+    position : {"L", "M", "T", "worst"}, optional
+        Where ride is measured in ``vertical-comfort`` (T by default); ``worst`` minimises the worst of the three.
+    objective : str, optional
+        What is minimised in ``quarter-car`` (J1 by default): ``J1``, ``J3``, ``gain_acceleration`` or
+        ``gain_tyre_force`` (the H∞ norm from road velocity), or a weighted sum such as ``J1 + 0.001*J3``.
     stiffness : float, optional
         Static stiffness of ``quarter-car``, N/m.
     vehicle_file : path, optional
         TOML file whose table ``[plan-view]``, ``[side-view]`` or ``[quarter-car]`` overrides parameters.
     vehicle : mapping, optional
         Parameters to override, numbers in SI units or text with a unit.
+    limits : mapping of metric to number, optional
+        Upper limits on metrics, in their units, such as ``{"deflection_rear": 34.0}``.
+    worst_case : sequence of mappings, optional
+        Operating points besides the nominal one, each as parameters to override; the worst over all is minimised.
 
     Raises
     ------
@@ -298,13 +387,17 @@ def problem(
         raise BadInput(f"unknown problem {name!r}; {hint(name, _PROBLEMS)}")
     chosen = _PROBLEMS[name]
     if position is not None:
-        if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T"):
-            raise BadInput(f"position {position!r} does not fit {name}; vertical-comfort takes L, M or T")
-        chosen = dataclasses.replace(chosen, objective=f"J1z_{position}")
+        if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T", "worst"):
+            raise BadInput(f"position {position!r} does not fit {name}; vertical-comfort takes L, M or T, or worst")
+        if position == "worst":
+            goal = Goal("worst", tuple((f"J1z_{point}", 1.0) for point in "LMT"))
+            chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
+        else:
+            chosen = dataclasses.replace(chosen, objective=f"J1z_{position}")
     if objective is not None:
-        if not isinstance(chosen.vehicle, QuarterCar) or objective not in ("J1", "J3"):
-            raise BadInput(f"objective {objective!r} does not fit {name}; quarter-car takes J1 or J3")
-        chosen = dataclasses.replace(chosen, objective=objective)
+        if not isinstance(chosen.vehicle, QuarterCar):
+            raise BadInput(f"objective {objective!r} does not fit {name}; only quarter-car takes one")
+        chosen = _minimising(chosen, objective)
     model: Vehicle = chosen.vehicle
     if vehicle_file is not None:
         model = from_file(model, vehicle_file, model.name, tuple(kind.name for kind in VEHICLES))
@@ -314,4 +407,77 @@ def problem(
         if not isinstance(model, QuarterCar):
             raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
         model = override(model, {"k": stiffness}, where="stiffness")
-    return dataclasses.replace(chosen, vehicle=model)
+    chosen = dataclasses.replace(chosen, vehicle=model)
+    if limits:
+        chosen = limited(chosen, limits)
+    return over_points(chosen, worst_case) if worst_case else chosen
+
+
+def _minimising(chosen: Problem, objective: str) -> Problem:
+    """The problem with another objective, a metric or a weighted sum."""
+    known = ("J1", "J3", "gain_acceleration", "gain_tyre_force")
+    if objective in known:
+        return dataclasses.replace(chosen, objective=objective)
+    goal = weighted_sum(objective) if "+" in objective else None
+    if goal is None or not all(part in known for part, _ in goal.parts):
+        raise BadInput(
+            f"objective {objective!r} does not fit {chosen.name}; quarter-car takes J1 or J3, gain_acceleration or "
+            "gain_tyre_force, or a weighted sum such as J1 + 0.001*J3"
+        )
+    return dataclasses.replace(chosen, objective=goal.name, goal=goal)
+
+
+_LIMITED: dict[type, tuple[str, ...]] = {
+    PlanView: ("Macc", "max_yv", "static_stiffness", "inertance"),
+    SideView: (
+        *(f"J1z_{point}" for point in "LMT"),
+        *(f"deflection_{kind}{end}" for kind in ("", "rms_", "overall_") for end in ("front", "rear")),
+        "static_stiffness",
+        "inertance",
+    ),
+    QuarterCar: ("J1", "J3", "gain_acceleration", "gain_tyre_force", "static_stiffness", "inertance"),
+}
+
+
+def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
+    """The problem with upper limits on metrics, in their units, on top of its own constraints.
+
+    Raises
+    ------
+    BadInput
+        For a metric that cannot be limited, or a limit that is not a number above 0.
+    """
+    if isinstance(problem.vehicle, UserPlant):
+        outputs = problem.vehicle.plant.outputs
+        known = (*(f"rms_{o}" for o in outputs), *(f"gain_{o}" for o in outputs), "static_stiffness", "inertance")
+    else:
+        known = _LIMITED[type(problem.vehicle)]
+    for name, value in limits.items():
+        if name not in known:
+            raise BadInput(f"{name!r} cannot be limited in {problem.name}; {hint(name, known)}")
+        if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "inertance"))):
+            raise BadInput(f"the limit of {name} is {value:g}; it must be finite and greater than 0")
+    return dataclasses.replace(problem, at_most={**problem.at_most, **{n: float(v) for n, v in limits.items()}})
+
+
+def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Problem:
+    """The problem whose objective is the worst over its nominal vehicle and several operating points.
+
+    Constraints are those of the nominal vehicle; at the points the vehicle has to be stable.
+
+    Raises
+    ------
+    BadInput
+        For a parameter that the vehicle does not have, or a value out of range.
+    """
+    if isinstance(problem.vehicle, UserPlant):
+        raise BadInput(f"{problem.name} has no parameters to vary; give a plant for each operating point")
+    checked = []
+    for point in points:
+        changed = override(problem.vehicle, point, where="operating point")
+        checked.append({name: float(getattr(changed, name)) for name in point})
+        clash = set(point) & set(problem.free)
+        if clash:
+            raise BadInput(f"{listed(sorted(clash))} is free in {problem.name}, so no operating point can set it")
+    objective = problem.objective if problem.points else _WORST_CASE + problem.objective
+    return dataclasses.replace(problem, objective=objective, points=(*problem.points, *checked))

@@ -8,13 +8,14 @@ the ladder is exact.
 
 from __future__ import annotations
 
-from flint import fmpq, fmpq_poly
+from flint import fmpq
 
 from posreal.admittance import Rational, is_positive_real
-from posreal.network import Damper, Inerter, Network, Parallel, Series, Spring, parallel, series
+from posreal.network import Network, parallel, series
 from posreal.realise.elements import damper, inerter, spring
 from posreal.realise.long import Long
 from posreal.realise.refusal import DoesNotApply
+from posreal.realise.turned import turned_device, turned_network
 
 
 def from_infinity(y: Rational, arithmetic: Long) -> Network:
@@ -36,7 +37,7 @@ def from_zero(y: Rational, arithmetic: Long) -> Network:
     DoesNotApply
         If a constant can come off neither side.
     """
-    return _swapped(_ladder(_reversed(y), "Cauer's second form"))
+    return turned_network(_ladder(turned_device(y), "Cauer's second form"))
 
 
 def _ladder(y: Rational, form: str) -> Network:
@@ -80,23 +81,3 @@ def _constant_off(y: Rational, c: fmpq, form: str) -> tuple[str, Rational]:
     raise DoesNotApply(
         f"{form} would need a negative element here; it serves ladders of two kinds, so use bott-duffin."
     )
-
-
-def _reversed(y: Rational) -> Rational:
-    """Y(1/s)."""
-    degree = y.degree
-    n, d = (fmpq_poly([p[degree - i] for i in range(degree + 1)]) for p in (y.n, y.d))
-    return Rational(n, d)
-
-
-def _swapped(network: Network) -> Network:
-    """Springs become inerters of the same number and the other way round: s becomes 1/s."""
-    if isinstance(network, Spring):
-        return Inerter(network.exact)
-    if isinstance(network, Inerter):
-        return Spring(network.exact)
-    if isinstance(network, Damper):
-        return network
-    if not isinstance(network, Series | Parallel):
-        raise TypeError(f"a ladder holds no {type(network).__name__}")
-    return type(network)(tuple(_swapped(child) for child in network.children))

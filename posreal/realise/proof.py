@@ -17,6 +17,7 @@ from flint import acb, acb_mat, arb, fmpq_poly
 
 from posreal.admittance import Rational, roots
 from posreal.admittance.exact import to_float, to_fmpq
+from posreal.errors import BadDevice
 from posreal.network import Graph, Network, Parallel, Series, nodal_admittance, nodal_value
 from posreal.realise.refusal import Unproven
 
@@ -95,6 +96,14 @@ def values_residual(found: Rational | Network, target: Rational) -> float:
     return _worst(partial(nodal_value, found, digits=DIGITS), target, POINTS if len(found) <= LARGE else FEW_POINTS)
 
 
+def _finite(evaluate: Callable[[acb], acb], s: acb) -> acb | None:
+    try:
+        got = evaluate(s)
+    except (ZeroDivisionError, BadDevice):
+        return None
+    return got if got.is_finite() else None
+
+
 def branch_residual(found: Network, target: Rational) -> float:
     """The same with admittances combined branch by branch: no proof, but quick for large networks."""
     return _worst(partial(branch_value, found), target, FEW_POINTS)
@@ -107,8 +116,11 @@ def _worst(evaluate: Callable[[acb], acb], target: Rational, count: int) -> floa
             wanted = value(target, s)
             if wanted.contains(0) or not wanted.is_finite():
                 continue
-            got = evaluate(s)
-            worst = max(worst, float((abs(got - wanted) / abs(wanted)).upper()))
+            got = _finite(evaluate, s)
+            if got is None:  # a branch resonates there: close by it does not, and the device still has to agree
+                s *= acb(1 + 2.0**-10)
+                wanted, got = value(target, s), _finite(evaluate, s)
+            worst = math.inf if got is None else max(worst, float((abs(got - wanted) / abs(wanted)).upper()))
     return worst if worst > 10.0 ** (10 - DIGITS) else 0.0
 
 

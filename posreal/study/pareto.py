@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from posreal.design import Design, layout, layouts, optimise, synthesise
-from posreal.design.search import FrontPoint, Search
-from posreal.errors import BadInput, Infeasible
+from posreal.design.search import FrontPoint, Search, unrestricted
+from posreal.errors import BadInput
 from posreal.network.diagram import diagram
 from posreal.study.strut import mounted
 from posreal.study.text import percent, table
@@ -71,7 +71,7 @@ class Pareto:
                 "+".join(str(count) for count in point.network.counts[:3]),
             ]
             row += [f"{point.design.metrics[search.metric].value:#.5g}"] if search.metric else []
-            row += ["–" if gap is None else f"{gap:.2f} %"] if has_synthesis else []
+            row += [percent(gap)] if has_synthesis else []
             rows.append(row)
         lines = [f"{problem.name}: networks of up to {search.elements} elements in the device's place", ""]
         lines += [table(header, rows, "ll"), ""]
@@ -83,7 +83,7 @@ class Pareto:
             lines += ["", "  The same admittance, built otherwise:"]
             lines += [f"    {_short(network)}" for network in best.equivalent]
         if best.others:
-            lines += ["", f"  Next best of {best.elements} elements:"]
+            lines += ["", f"  Next best of {_count(best.elements)}:"]
             lines += [f"    {other.objective:#.5g}  {_short(other.network)}" for other in best.others]
         return "\n".join(lines)
 
@@ -102,8 +102,10 @@ class Pareto:
             f"{reduced} whose best values make them a smaller one."
         )
         notes += [
-            f"{design.label} ({_bought(design)} elements): {design.objective.value:#.5g}." for design in self.layouts
+            f"{design.label} ({_count(_bought(design))}): {design.objective.value:#.5g}." for design in self.layouts
         ]
+        if (self.layouts or self.syntheses) and unrestricted(search.problem) is not search.problem:
+            notes.append("Layouts and synthesised devices are the best without the limits given.")
         if self.bound is not None:
             notes.append(f"No passive device is better than {self.bound:#.5g}.")
         return notes
@@ -129,8 +131,7 @@ class Pareto:
         Infeasible
             If there is no network to draw.
         """
-        if not self.search.front:
-            raise Infeasible("there is no front to draw: no network was found that meets the constraints")
+        self.search.require_any()
         import matplotlib
 
         matplotlib.use("Agg")
@@ -158,7 +159,7 @@ class Pareto:
         last = self.search.elements
         xs = [point.elements for point in front]
         ys = [point.design.objective.value for point in front]
-        axis.plot([*xs, last + 0.75], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
+        axis.plot([*xs, last + 0.95], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
         axis.plot(xs, ys, "o", color="C0", label="best network found")
         for point, x, y in zip(front, xs, ys, strict=True):
             axis.annotate(
@@ -168,6 +169,7 @@ class Pareto:
                 textcoords="offset points",
                 fontsize=7,
                 color="C0",
+                bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
             )
         low, high = min([*ys, *([] if self.bound is None else [self.bound])]), max(ys)
         for design in self.layouts:
@@ -182,7 +184,7 @@ class Pareto:
             low, high = min(low, y), max(high, y)
             axis.axhline(y, color="0.45", linewidth=0.8, linestyle="--", zorder=1)
             axis.annotate(
-                f"any device, order {design.order}",
+                f"best found of order {design.order}",
                 (0.55, y),
                 xytext=(4, 2),
                 textcoords="offset points",
@@ -197,7 +199,7 @@ class Pareto:
                 color="C2",
             )  # fmt: skip
         margin = 0.08 * (high - low) or 0.05 * high
-        axis.set(xlim=(0.55, last + 0.75), ylim=(low - margin, high + 2 * margin), xticks=range(1, last + 1))
+        axis.set(xlim=(0.55, last + 0.95), ylim=(low - margin, high + 2 * margin), xticks=range(1, last + 1))
         axis.set_xlabel("elements in the device's place")
         if self.layouts:
             axis.plot([], [], "D", markerfacecolor="white", color="C3", markersize=5, label="layouts at their optima")
@@ -209,7 +211,13 @@ class Pareto:
         for i, elements in enumerate(sorted({point.elements for point in search.front})):
             points = [point.design for point in search.front if point.elements == elements]
             pairs = sorted((d.metrics[search.metric].value, d.objective.value) for d in points)
-            axis.plot(*zip(*pairs, strict=True), "o-", color=f"C{i}", label=f"{elements} elements", markersize=4)
+            axis.plot(
+                *zip(*pairs, strict=True),
+                "o-",
+                color=f"C{i}",
+                label=_count(elements),
+                markersize=4,
+            )
         for design in self.layouts:
             point = design.metrics[search.metric].value, design.objective.value
             axis.plot(*point, "D", markerfacecolor="white", color="C3", markersize=5, zorder=3)
@@ -237,8 +245,14 @@ def pareto(
     bound : float, optional
     seed, jobs : int
     progress : function of str, optional
+
+    Raises
+    ------
+    Infeasible
+        If the search found nothing.
     """
-    problem = search.problem
+    search.require_any()
+    problem = unrestricted(search.problem)
     fitting = [entry for entry in layouts() if entry.fits(problem)]
     optima = []
     for entry in fitting:
@@ -279,6 +293,10 @@ def _bought(design: Design) -> int:
     assert design.network is not None
     rules = layout(design.label).rules
     return len(design.network) - sum(rule.role is not None for rule in rules.values())
+
+
+def _count(elements: int) -> str:
+    return "1 element" if elements == 1 else f"{elements} elements"
 
 
 def _topology(point: FrontPoint) -> str:

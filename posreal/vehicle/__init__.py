@@ -6,6 +6,7 @@ from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.plant import ClosedLoop, Plant, PortResponses, close
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
+from posreal.vehicle.user_plant import UserPlant
 
 __all__ = [
     "ClosedLoop",
@@ -15,6 +16,7 @@ __all__ = [
     "PortResponses",
     "QuarterCar",
     "SideView",
+    "UserPlant",
     "close",
     "described",
     "from_file",

@@ -11,16 +11,20 @@ from scipy.optimize import minimize_scalar
 
 from posreal.vehicle.plant import ClosedLoop, Plant
 
-POINTS = 1500  # on the logarithmic grid
-DECADES = (1e-3, 1e3)  # of the middle frequency of the poles
+POINTS = 2000  # on the logarithmic grid
+DECADES = (1e-2, 1e2)  # of the middle frequency of the poles
 
 
 def grid(plant: Plant, points: int = POINTS) -> np.ndarray:
     """Frequencies, rad/s, on which a gain of the open plant's size and speed is seen."""
+    return middle(plant) * np.geomspace(*DECADES, points)
+
+
+def middle(plant: Plant) -> float:
+    """The frequency, rad/s, in the middle of the open plant's poles (those at 0 left out)."""
     size = np.abs(np.linalg.eigvals(plant.A))
-    size = size[size > 1e-6 * max(size.max(), 1e-300)]
-    middle = float(np.exp(np.log(size).mean())) if len(size) else 1.0
-    return middle * np.geomspace(*DECADES, points)
+    size = size[size > 1e-6 * max(float(size.max()), 1e-300)]
+    return float(np.exp(np.log(size).mean())) if len(size) else 1.0
 
 
 def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, float]:

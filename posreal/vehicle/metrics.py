@@ -23,8 +23,10 @@ from posreal.vehicle.side_view import SideView
 
 SPEEDS = np.arange(1.0, 56.0)
 """1, 2, … 55 m/s: the speeds of [Jiang2012]."""
-_RAMP = 3.0  # seconds from the straight into the full curve
-_SLOPE = (0.4, 1.0)  # track acceleration m/s² and its duration s, when running onto the slope
+CURVE = ((0.0, 1 / 3.0), (3.0, -1 / 3.0))
+"""Corners (instant in s, change of rate in 1/s) of the way from the straight into the full curve, 3 s long."""
+SLOPE = ((0.0, 0.4), (1.0, -0.4))
+"""Corners of the track velocity when running onto the slope: 0.4 m/s² for 1 s."""
 
 
 @dataclass(frozen=True)
@@ -104,13 +106,13 @@ def worst_lateral_rms(vehicle: PlanView, device: Rational, speeds: Real = SPEEDS
 def curve_response(vehicle: PlanView, device: Rational, time: Real) -> Real:
     """Lateral displacement of the body (m) when entering the curve at t = 0 (curvature and cant rise over 3 s)."""
     loop = close(vehicle.curve_entry(), {"secondary": _as_state_space(device)})
-    return simulation.corner_response(loop, "body_displacement", [(0.0, 1 / _RAMP), (_RAMP, -1 / _RAMP)], time)
+    return simulation.corner_response(loop, "body_displacement", list(CURVE), time)
 
 
 def curve_peak(vehicle: PlanView, device: Rational | StateSpace, *, duration: float = 8.0) -> float:
     """Max(yv): the largest lateral displacement of the body (m) on entering the curve."""
     loop = close(vehicle.curve_entry(), {"secondary": _as_state_space(device)})
-    corners = [(0.0, 1 / _RAMP), (_RAMP, -1 / _RAMP)]
+    corners = list(CURVE)
     return simulation.peak(lambda time: simulation.corner_response(loop, "body_displacement", corners, time), duration)[
         0
     ]
@@ -183,8 +185,7 @@ def slope_deflection(vehicle: SideView, device: Rational, end: str, time: Real) 
 
 
 def _slope(loop: ClosedLoop, end: str, time: Real) -> Real:
-    rate, lasting = _SLOPE
-    return simulation.corner_response(loop, f"deflection_{end}", [(0.0, rate), (lasting, -rate)], time)
+    return simulation.corner_response(loop, f"deflection_{end}", list(SLOPE), time)
 
 
 def vertical_metrics(vehicle: SideView, device: Rational) -> dict[str, Metric]:

@@ -127,7 +127,7 @@ class PlanView:
             density=2 * math.pi * self.Al * self.V**2,
         )
 
-    def curve_entry(self) -> Plant:
+    def curve_entry(self, *, primary_open: bool = False) -> Plant:
         """Plant entering the curve: w rises from 0 on the straight to 1 in the full curve; ``body_displacement`` (m).
 
         Channel 0 is the part of the forces that follows the leading wheelset's curvature and cant, channel 1 the
@@ -140,7 +140,7 @@ class PlanView:
             F[thw, channel] = 2 * self.f11 * self.lwy**2 / self.R
             F[4, channel] = self.mg * lateral / 2
             F[6, channel] = self.mv * lateral / 2
-        return self._plant(self.second_order(), F, "body_displacement")
+        return self._plant(self.second_order(primary_open=primary_open), F, "body_displacement")
 
     def _plant(
         self,

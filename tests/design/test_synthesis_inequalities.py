@@ -105,7 +105,7 @@ def test_slope_of_the_figure(chart, name):
 @pytest.mark.parametrize("name", ["lateral-comfort", "lateral-comfort-primary"])
 def test_slope_of_the_damping_ratios(chart, name):
     chosen = problem(name)
-    damping = Damping(chosen.vehicle, reference(chosen), primary=bool(chosen.free), speeds=(3.0, 55.0))
+    damping = Damping(chosen.vehicle, reference(chosen), free=tuple(chosen.free), speeds=(3.0, 55.0))
     values = {"Kpy": 5e6, "Cpy": 1e4}
     theta, step = np.random.default_rng(2).standard_normal((2, chart.size))
     _, slope, by = damping.ratios_and_slopes(chart, theta, values)

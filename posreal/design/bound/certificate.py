@@ -8,19 +8,19 @@ vehicle's port need not be passive.
 1. *Coordinates.* The device's reflection σ = (Y − c0)/(Y + c0) is analytic with |σ| ≤ 1 in the open right half plane if
    and only if Y is positive real (or σ ≡ 1: a rigid strut, a limit). In loop i, with port mobility Pᵢ and reflection
    wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ), put xᵢ = 2σ/(1 − wᵢσ). By algebra (:mod:`ports`), z = (τ + Σ oᵢxᵢ) w: affine in xᵢ.
-2. *Where causality enters.* The vehicle is stable with Y, so z ∈ H2 of the open right half plane, J is its norm, and the
-   xᵢ have no pole there. The norm of the projection on the span K of :mod:`space` is no larger: J² ≥ ‖τ + Σ Oᵢxᵢ‖², with
-   τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's passivity holds as an
-   inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and with them J has
-   no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
-3. *Positive realness on K.* ‖T_f‖ ≤ sup|f| gives I − ΣΣᵀ ⪰ 0 for Σ = σ(S), and by Nevanlinna and Pick that is all that
-   can be said from values at the points [Pick1916, Sarason1967]. With Xᵢ = xᵢ(S), Wᵢ = wᵢ(S), aᵢ = 2 + wᵢxᵢ = 2/(1 − wᵢσ) and
-   σaᵢ = xᵢ, hence for all loops of the same device at once (block i, j)
+2. *Where causality enters.* The vehicle is stable with Y, so z ∈ H2 of the open right half plane, J is its norm, and
+   the xᵢ have no pole there. The projection on the span K of :mod:`space` is no longer than z: J² ≥ ‖τ + Σ Oᵢxᵢ‖²,
+   with τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's passivity
+   is an inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and with
+   them J has no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
+3. *Positive realness on K.* ‖T_f‖ ≤ sup|f| gives I − ΣΣᵀ ⪰ 0 for Σ = σ(S), and by Nevanlinna and Pick that is all
+   that can be said from values at the points [Pick1916, Sarason1967]. With Xᵢ = xᵢ(S), Wᵢ = wᵢ(S), and
+   aᵢ = 2 + wᵢxᵢ = 2/(1 − wᵢσ), σaᵢ = xᵢ, hence for all loops of the same device at once (block i, j)
 
        Φᵢⱼ(x) = (2I + XᵢWᵢ)(2I + XⱼWⱼ)ᵀ − XᵢXⱼᵀ,    Φ = [aᵢ(S)]ᵢ (I − ΣΣᵀ) [aⱼ(S)]ⱼᵀ ⪰ 0.
 
-   One loop: 4I + 2XW + 2(XW)ᵀ − X A Xᵀ ⪰ 0 with A = I − WWᵀ. A ⪰ 0 where the port is passive, |w| ≤ 1; the set of x is then
-   convex. For the bound itself the sign of A does not matter.
+   One loop: 4I + 2XW + 2(XW)ᵀ − X A Xᵀ ⪰ 0 with A = I − WWᵀ. A ⪰ 0 where the port is passive, |w| ≤ 1; the set of x
+   is then convex. For the bound itself the sign of A does not matter.
 4. *One device.* xⱼ − xᵢ = ½(wⱼ − wᵢ) xᵢ xⱼ: the loops hold the same σ.
 5. *Weak duality.* For Z = C Cᵀ ⪰ 0 and any μ, every such device has
 
@@ -30,13 +30,18 @@ vehicle's port need not be passive.
 
        c       = ‖τ‖² − 4 Σᵢⱼ tr Zᵢⱼ
        bᵢₖ     = (Oᵢᵀτ)ₖ − 2 Σⱼ ⟨Zᵢⱼ, FₖWᵢ⟩ + Σ_{j>i} μᵢⱼₖ − Σ_{j<i} μⱼᵢₖ
-       Mᵢₖ,ⱼₗ   = (OᵢᵀOⱼ)ₖₗ + ⟨Zᵢⱼ, Fₖ(I − WᵢWⱼᵀ)Fₗᵀ⟩ + ½ (μᵢⱼᵀ (wⱼ − wᵢ)(S) Fₖ)ₗ     (last term for i < j, and mirrored)
+       Mᵢₖ,ⱼₗ   = (OᵢᵀOⱼ)ₖₗ + ⟨Zᵢⱼ, Fₖ(I − WᵢWⱼᵀ)Fₗᵀ⟩ + ½ (μᵢⱼᵀ (wⱼ − wᵢ)(S) Fₖ)ₗ    (last term: i < j; mirrored)
 
    The best Z and μ are the dual's: of a convex program for one passive port, of Shor's relaxation otherwise [Shor1987].
    More points enlarge K, and the best bound never falls.
+6. *Sums and peaks.* Where J is a sum of norms or an H∞ norm, ⟨u, τ + Σ Oᵢxᵢ⟩ ≤ J stands for ‖τ + Σ Oᵢxᵢ‖²: unit
+   vectors u_o, one an output; or u_l = ⟨P Qᵀ, F_l⟩ with ‖P‖² + ‖Q‖² = 2, since ‖z‖_∞ ≥ ‖T_z‖ ≥ ⟨P Qᵀ, T_z⟩ (the
+   bounded-real form of Pick's condition). For the squares in c, b and M come c = ⟨u, τ⟩, bᵢ = ½ Oᵢᵀu and 0, and
+   c − bᵀM⁻¹b bounds J itself. Whatever is stored is brought to norm 1 in balls.
 
-The formula is evaluated with python-flint's balls: columns enclosed (:mod:`space`), Z from the stored C exactly, M ≻ 0 by
-positive pivots of its elimination, whose last pivot, with b and c bordering M, is c − bᵀM⁻¹b.
+The formula is evaluated with python-flint's balls: columns enclosed (:mod:`space`), Z from the stored C exactly, M ≻ 0
+by the positive pivots of Rᵀ M R, with R any float matrix (an approximate inverse Cholesky factor, so that balls stay
+small; positive pivots show that it is invertible). The last pivot, with Rᵀb and c as border, is c − bᵀM⁻¹b.
 """
 
 from __future__ import annotations
@@ -46,9 +51,10 @@ from itertools import combinations
 
 import numpy as np
 from flint import arb, arb_mat
+from scipy.linalg import cholesky, solve_triangular
 
-from posreal.design.bound.ports import Expansion
-from posreal.design.bound.space import identity, matrix
+from posreal.design.bound.ports import SQUARES, SUM, Expansion
+from posreal.design.bound.space import floats, identity, matrix
 from posreal.errors import PosrealError
 
 Array = np.ndarray
@@ -61,8 +67,8 @@ class NotProven(PosrealError):
     exit_code = 1
 
 
-def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
-    """A ball that contains c − bᵀ M⁻¹ b; its lower end is a lower bound on J².
+def proven(expansion: Expansion, C: Array, mu: Array, functional: Array | None = None, combine: str = SQUARES) -> arb:
+    """A ball that contains c − bᵀ M⁻¹ b; its lower end is a lower bound on J² for squares, on J otherwise.
 
     Parameters
     ----------
@@ -72,6 +78,9 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
         Z = C Cᵀ, loop by loop.
     mu : (r (r − 1)/2, m)
         Multipliers of the equalities, for the pairs of loops in lexicographic order.
+    functional : array, optional
+        u (outputs, m) for a sum, P over Q (2m, q) for a peak.
+    combine : {"squares", "sum", "peak"}
 
     Raises
     ------
@@ -84,18 +93,21 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
     tall = arb_mat(m * m, m, F.entries())  # (j, a) × b
     factor = matrix(C)
     table = (factor * factor.transpose()).tolist()
-    Z = [[arb_mat([row[j * m : (j + 1) * m] for row in table[i * m : (i + 1) * m]]) for j in range(r)] for i in range(r)]
+    cuts = [slice(i * m, (i + 1) * m) for i in range(r)]
+    Z = [[arb_mat([row[across] for row in table[down]]) for across in cuts] for down in cuts]
     M = [[arb(0)] * (r * m) for _ in range(r * m)]
     b = [arb(0)] * (r * m)
-    c = sum((t * t for column in expansion.tau for t in column.entries()), arb(0))
+    squares = combine == SQUARES
+    u = expansion.tau if squares else _directions(F, m, functional, combine)
+    c = sum(((t.transpose() * part)[0, 0] for t, part in zip(expansion.tau, u, strict=True)), arb(0))
     for i in range(r):
         along = Z[i][0]
         for j in range(1, r):
             along = along + Z[i][j]
         g = F * arb_mat(m * m, 1, (along * W[i].transpose()).entries())
         pull = g * arb(-2)
-        for o, t in zip(expansion.O[i], expansion.tau, strict=True):
-            pull = pull + o.transpose() * t
+        for o, part in zip(expansion.O[i], u, strict=True):
+            pull = pull + o.transpose() * part * (1 if squares else arb(0.5))
         b[i * m : (i + 1) * m] = pull.entries()
         for j in range(i, r):
             c -= (4 if i == j else 8) * Z[i][j].trace()
@@ -103,7 +115,7 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
             right = arb_mat(m, m * m, _times_each(Z[i][j], F, m))  # row l: Z F_l
             part = left * right.transpose()
             for o, p in zip(expansion.O[i], expansion.O[j], strict=True):
-                part = part + o.transpose() * p
+                part = part + o.transpose() * p if squares else part
             _place(M, part.tolist(), i * m, j * m)
     for weight, (i, j) in zip(mu, combinations(range(r), 2), strict=True):
         multiplier = matrix(weight[:, None])
@@ -116,7 +128,30 @@ def proven(expansion: Expansion, C: Array, mu: Array) -> arb:
             for l in range(m):
                 M[i * m + k][j * m + l] += hankel[k][l] / 2
                 M[j * m + l][i * m + k] = M[i * m + k][j * m + l]
-    return _last_pivot([[*row, value] for row, value in zip(M, b, strict=True)], b, c)
+    return _least(arb_mat(M), arb_mat(r * m, 1, b), c)
+
+
+def _directions(F: arb_mat, m: int, functional: Array | None, combine: str) -> list[arb_mat]:
+    """The u of sums and peaks, of norm 1 whatever numbers are given."""
+    if functional is None or not np.any(functional):
+        raise NotProven("this certificate proves nothing: it holds no functional for its sum or peak")
+    if combine == SUM:
+        rows = [matrix(row[:, None]) for row in functional]
+        return [row / (row.transpose() * row)[0, 0].sqrt() for row in rows]
+    P, Q = matrix(functional[:m]), matrix(functional[m:])
+    size = sum((value * value for part in (P, Q) for value in part.entries()), arb(0)) / 2
+    return [F * arb_mat(m * m, 1, (P * Q.transpose()).entries()) / size]
+
+
+def _least(M: arb_mat, b: arb_mat, c: arb) -> arb:
+    """c − bᵀ M⁻¹ b, with M ≻ 0 shown: in coordinates R of an approximate Cholesky factor, Rᵀ M R is nearly I."""
+    n = M.nrows()
+    try:
+        R = matrix(solve_triangular(cholesky(floats(M), lower=True), np.eye(n), lower=True).T)
+    except (np.linalg.LinAlgError, ValueError):
+        R = identity(n)
+    inner, turned = (R.transpose() * M * R).tolist(), (R.transpose() * b).entries()
+    return _last_pivot([[*row, value] for row, value in zip(inner, turned, strict=True)], turned, c)
 
 
 def _last_pivot(bordered: Rows, b: Sequence[arb], c: arb) -> arb:

@@ -1,24 +1,28 @@
 """The best certificate for one passive port, by following the central path in the device's coefficients alone.
 
-    minimise ‖τ + O x‖²   subject to   Φ(x) = 4I + 2 X W + 2 (X W)ᵀ − X A Xᵀ ⪰ 0,   A = I − W Wᵀ ⪰ 0
+    minimise J(x)   subject to   Φ(x) = 4I + 2 X W + 2 (X W)ᵀ − X A Xᵀ ⪰ 0,   A = I − W Wᵀ ⪰ 0
 
-with X = Σ xⱼ Fⱼ. A passive port has A ⪰ 0; Φ is then concave, and −log det Φ(x) is, by the Schur complement
-[[Φ + X A Xᵀ, X A^½], [A^½ Xᵀ, I]], a self-concordant barrier in x itself [NN1994]: m unknowns and m × m matrices where the
-semidefinite program has a block of 2m and as many slack variables as that has entries. On the central path, at
+with X = Σ xⱼ Fⱼ and J one of :mod:`objectives`. A passive port has A ⪰ 0; Φ is then concave, and −log det Φ(x) is, by
+the Schur complement [[Φ + X A Xᵀ, X A^½], [A^½ Xᵀ, I]], a self-concordant barrier in x itself [NN1994]: m unknowns and
+m × m matrices where the semidefinite program has a block of 2m and as many slack variables as that has entries. At a
+point
 
-    minimise t ‖τ + O x‖² − log det Φ(x),
+    minimise t J(x) − log det Φ(x)
 
-Z = Φ(x)⁻¹/t is the multiplier of a certificate that is short of the optimum by at most 2m/t.
+of the path, Z = Φ(x)⁻¹/t is the multiplier of a certificate that is short of the optimum by at most 2m/t (and 2m/t more
+for a peak, whose own inequality has as many rows).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky
 
+from posreal.design.bound.objectives import Objective
 from posreal.design.bound.sampled import Sampled
 
 Array = np.ndarray
@@ -26,46 +30,65 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class PlainSolution:
-    """x (m,) near the optimum, the multiplier Z (m, m) that certifies it, and the Newton steps taken."""
+    """x (m,) near the optimum, what certifies it, and the Newton steps taken.
+
+    Attributes
+    ----------
+    x : (m,)
+    Z : (m, m)
+        Multiplier of the positive-real inequality.
+    functional : array
+        Multiplier of the objective, see :mod:`objectives`.
+    steps : int
+    """
 
     x: Array
     Z: Array
+    functional: Array
     steps: int
 
 
-def solve(data: Sampled, *, tolerance: float = 1e-8, growth: float = 30.0) -> PlainSolution:
+def solve(data: Sampled, goal: Objective, *, tolerance: float = 1e-8, growth: float = 30.0) -> PlainSolution:
     """Follow the central path from the damper c0, x = 0.
 
     Parameters
     ----------
     data : Sampled
         Of one loop.
+    goal : Objective
     tolerance : float
-        Gap m/t, relative to ‖τ‖² at the end. The certificate is measured on its own; this only says when to stop.
+        m/t, relative to the objective's size, at the end. The certificate is measured on its own; this only says when
+        to stop.
     growth : float
         Factor by which t grows from one point of the path to the next.
     """
     W, F = data.W[0], data.F
     m = len(W)
     A = np.eye(m) - W @ W.T
-    O, r = data.O[0].reshape(-1, m), data.tau.ravel()
-    quadratic, linear = O.T @ O, O.T @ r
-    size = float(r @ r)
-    t, x, steps = m / size, np.zeros(m), 0
-    last = m / (tolerance * size)
+    y, steps = goal.start(np.zeros(m)), 0
+    t, last = m / goal.size, m / (tolerance * goal.size)
+
+    def value(there: Array) -> float:
+        try:
+            factor = cholesky(_inequality(there[:m], W, A, F), lower=True)
+        except np.linalg.LinAlgError:
+            return math.inf
+        return goal.value(there, t) - 2 * float(np.log(np.diag(factor)).sum())
+
     while True:
         for _ in range(50):
             steps += 1
-            gradient, hessian, G = _derivatives(x, W, A, F)
-            gradient = gradient + 2 * t * (linear + quadratic @ x)
-            hessian = hessian + 2 * t * quadratic
+            gradient, hessian = goal.derivatives(y, t)
+            slope, curvature, G = _derivatives(y[:m], W, A, F)
+            gradient[:m] += slope
+            hessian[:m, :m] += curvature
             step = -np.asarray(cho_solve(cho_factor(hessian, lower=True), gradient))
             decrement = math.sqrt(max(0.0, float(-gradient @ step)))
             if decrement < 1e-2:
                 break
-            x = _search(x, step, decrement, t, quadratic, linear, W, A, F)
+            y = _descend(value, y, step, decrement)
         if t >= last:
-            return PlainSolution(x, G / t, steps)
+            return PlainSolution(y[:m], G / t, goal.multiplier(y, t), steps)
         t = min(t * growth, last)
 
 
@@ -89,30 +112,12 @@ def _derivatives(x: Array, W: Array, A: Array, F: Array) -> tuple[Array, Array, 
     return gradient, (hessian + hessian.T) / 2, G
 
 
-def _search(
-    x: Array,
-    step: Array,
-    decrement: float,
-    t: float,
-    quadratic: Array,
-    linear: Array,
-    W: Array,
-    A: Array,
-    F: Array,
-) -> Array:
-    """Backtrack until Φ ≻ 0 and the barrier problem has gone down by Armijo's rule."""
-
-    def value(y: Array) -> float:
-        try:
-            factor = cholesky(_inequality(y, W, A, F), lower=True)
-        except np.linalg.LinAlgError:
-            return math.inf
-        return t * float(y @ (quadratic @ y) + 2 * linear @ y) - 2 * float(np.log(np.diag(factor)).sum())
-
-    now, length = value(x), 1.0
+def _descend(value: Callable[[Array], float], y: Array, step: Array, decrement: float) -> Array:
+    """Backtrack until the barrier problem has gone down by Armijo's rule; y itself where rounding hides any descent."""
+    now, length = value(y), 1.0
     while length > 1e-10:
-        there = x + length * step
+        there = y + length * step
         if value(there) <= now - 0.1 * length * decrement**2 + 1e-12 * abs(now):
             return there
         length /= 2
-    return x
+    return y

@@ -25,18 +25,24 @@ from flint import arb, arb_mat, fmpq
 
 from posreal.admittance import Rational, exact, state_space
 from posreal.admittance.exact import to_fmpq
-from posreal.design.bound.space import Space, precision
+from posreal.design.bound.space import Space, identity, precision
 from posreal.design.problem import Mounting, Problem
-from posreal.errors import BadInput, listed
-from posreal.vehicle import PlanView, QuarterCar, SideView, covariance
-from posreal.vehicle.plant import Plant, close
+from posreal.errors import BadInput, Infeasible, listed
+from posreal.vehicle import PlanView, QuarterCar, SideView, covariance, gain
+from posreal.vehicle.plant import ClosedLoop, Plant, close
+from posreal.vehicle.user_plant import UserPlant
 
-WHOLE_BAND = "whole-band H2"
+SQUARES, SUM, PEAK = "squares", "sum", "peak"
+KINDS = {SQUARES: "whole-band H2", SUM: "whole-band H2", PEAK: "H-infinity"}
 
 
 @dataclass(frozen=True)
 class Figure:
-    """J² = π S Σ weight ‖output/w‖₂², over the whole band, of one plant with one device in its ports.
+    """One number J about one plant with one device in its ports, over all frequencies.
+
+        squares   J = √(π S Σ weight ‖output/w‖₂²)
+        sum       J = Σ √(π S weight) ‖output/w‖₂
+        peak      J = √weight ‖output/w‖_∞, one output
 
     Attributes
     ----------
@@ -45,9 +51,10 @@ class Figure:
     mounting : Mounting
         What stands beside and behind the device in every port.
     weights : mapping of output name to fmpq
-        Weight of each output's mean square, unit conversion included.
-    metric, unit, kind : str
-        Name and unit of J, and which band it is about.
+        Weight of each output's mean square (squared gain), unit conversion included.
+    metric, unit : str
+        Name and unit of J.
+    combine : {"squares", "sum", "peak"}
     """
 
     plant: Plant
@@ -55,21 +62,27 @@ class Figure:
     weights: Mapping[str, fmpq]
     metric: str
     unit: str
-    kind: str = WHOLE_BAND
+    combine: str = SQUARES
 
     def __post_init__(self) -> None:
         if len(set(self.plant.groups)) != 1:
-            raise BadInput(
-                f"a bound is over one device in all ports, and this plant has places for {listed(set(self.plant.groups))}"
-            )
+            places = listed(sorted(set(self.plant.groups))).replace(" or ", " and ")
+            raise BadInput(f"a bound is over one device in all ports, and this plant has places for {places}")
         unknown = set(self.weights) - set(self.plant.outputs)
         if unknown or not self.weights or any(weight < 0 for weight in self.weights.values()):
             raise BadInput(f"weights must be of the outputs {listed(self.plant.outputs)} and not negative")
+        if self.combine not in KINDS or (self.combine == PEAK and len(self.weights) > 1):
+            raise BadInput(f"outputs are combined as {listed(KINDS)}, and peak takes one of them")
         if not _decoupled(self.plant):
             raise BadInput(
                 "the ports of this plant feel each other, so they are not scalar loops and no bound is known; "
                 "give them as sums and differences that do not"
             )
+
+    @property
+    def kind(self) -> str:
+        """Norm and band; figures of another kind are not comparable."""
+        return KINDS[self.combine]
 
     @property
     def rows(self) -> list[int]:
@@ -85,7 +98,7 @@ class Figure:
         return ports
 
     def measure(self, port: Rational) -> float:
-        """J with an admittance in every port, by covariance over the whole band.
+        """J with an admittance in every port, by covariance over the whole band, or the largest gain.
 
         Raises
         ------
@@ -93,8 +106,13 @@ class Figure:
             If the vehicle is not stable with it.
         """
         loop = close(self.plant, {self.plant.groups[0]: state_space(port)})
-        squares = [exact.to_float(weight) * covariance.rms(loop, name) ** 2 for name, weight in self.weights.items()]
-        return math.sqrt(sum(squares))
+        gains = {name: math.sqrt(exact.to_float(weight)) for name, weight in self.weights.items()}
+        if self.combine == PEAK:
+            stable(loop)
+            ((name, factor),) = gains.items()
+            return factor * gain.largest(loop, name, gain.grid(self.plant))[0]
+        parts = [factor * covariance.rms(loop, name) for name, factor in gains.items()]
+        return sum(parts) if self.combine == SUM else math.hypot(*parts)
 
     def mobility(self, port: int) -> Rational:
         """P that the device sees at a port, exactly."""
@@ -111,14 +129,23 @@ class Figure:
         return P if around.behind is None else P.without(around.behind.inverse().scaled(-1))
 
 
+def stable(loop: ClosedLoop) -> None:
+    """Refuse a closed vehicle that is not asymptotically stable."""
+    growth = float(loop.poles().real.max())
+    if growth >= 0:
+        raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
+
+
 def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figure:
-    """The whole-band mean-square figure behind a problem's objective.
+    """The figure over all frequencies behind a problem's objective.
 
     Parameters
     ----------
     problem : Problem
+        Its objective may be a mean square, a weighted sum of such, or a largest gain. Of several operating points the
+        nominal one is taken: the worst over all is no smaller.
     weights : mapping of metric name to float, optional
-        J² = Σ weight · metric² in place of the problem's objective: ``{"J1": 1, "J3": 1e-7}``.
+        J² = Σ weight · metric² in place of the problem's objective: ``{"J1": 1, "J3": 1e-6}``.
 
     Raises
     ------
@@ -127,38 +154,60 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
     """
     if problem.free:
         raise BadInput(
-            f"{problem.name} leaves {listed(problem.free).replace(' or ', ' and ')} free, and the bound is for one vehicle; "
-            f"fix them, or bound the problem without -primary for a given vehicle"
+            f"{problem.name} leaves {listed(problem.free).replace(' or ', ' and ')} free, and a bound is known for "
+            "a given vehicle only; bound the problem without free parameters for a vehicle with chosen ones"
         )
-    chosen = {problem.objective: 1.0} if weights is None else dict(weights)
+    known = _outputs(problem)
+    plant, mounting, base = problem.plant, problem.mounting, problem.base_objective
+    if weights is not None:
+        squares = {_known(name, known)[0]: known[name][2] * to_fmpq(value) for name, value in weights.items()}
+        name = "sqrt(" + " + ".join(f"{value:g}*{name}^2" for name, value in weights.items()) + ")"
+        units = {known[name][1] for name in weights}
+        return Figure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
+    if problem.goal is not None:
+        parts = problem.goal.parts
+        if problem.goal.kind != "sum" or any(part.startswith("gain_") for part, _ in parts):
+            names = listed(part for part, _ in parts)
+            raise BadInput(
+                f"{base} has no bound of its own; bound one of its parts, {names}: each is a bound on the worst"
+            )
+        squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in parts}
+        units = {known[part][1] for part, _ in parts}
+        return Figure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", SUM)
+    if base.startswith("gain_"):
+        return Figure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
+    output, unit, scale = _known(base, known)
+    return Figure(plant, mounting, {output: scale}, base, unit)
+
+
+def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
+    """Mean-square metrics of a vehicle: output, unit, and squared conversion to that unit."""
     match problem.vehicle:
-        case PlanView() as vehicle:
-            plant, outputs = vehicle.random_track(), {"Macc": "body_acceleration"}
-            unit, gain = "m/s^2", fmpq(1)
-        case SideView() as vehicle:
-            plant, outputs = vehicle.track(), {f"J1z_{p}": f"acceleration_{p}" for p in "LMT"}
-            unit, gain = "%g", (100 / to_fmpq(vehicle.g)) ** 2
-        case QuarterCar() as vehicle:
-            plant, outputs = vehicle.road(), {"J1": "acceleration", "J3": "tyre_force"}
-            unit, gain = {"J1": "m/s^2", "J3": "N"}.get("+".join(chosen), "1"), fmpq(1)
-    unknown = [name for name in chosen if name not in outputs]
-    if unknown:
+        case PlanView():
+            return {"Macc": ("body_acceleration", "m/s^2", fmpq(1))}
+        case SideView(g=g):
+            return {f"J1z_{p}": (f"acceleration_{p}", "%g", (100 / to_fmpq(g)) ** 2) for p in "LMT"}
+        case QuarterCar():
+            return {"J1": ("acceleration", "m/s^2", fmpq(1)), "J3": ("tyre_force", "N", fmpq(1))}
+        case UserPlant(plant=plant):
+            return {f"rms_{output}": (output, "1", fmpq(1)) for output in plant.outputs}
+    raise AssertionError(problem.vehicle)
+
+
+def _known(name: str, known: Mapping[str, tuple[str, str, fmpq]]) -> tuple[str, str, fmpq]:
+    if name not in known:
         why = (
-            "a peak in time, and only mean squares have a bound"
-            if unknown[0] == "max_yv"
+            "a peak in time, and only mean squares and gains have a bound"
+            if name == "max_yv"
             else "not a mean-square figure of this vehicle"
         )
-        raise BadInput(f"no valid bound on {unknown[0]} is known: it is {why}; mean squares here are {listed(outputs)}")
-    metric = next(iter(chosen))
-    if weights is not None:
-        metric = "sqrt(" + " + ".join(f"{weight:.17g}*{name}^2" for name, weight in chosen.items()) + ")"
-    scaled = {outputs[name]: gain * to_fmpq(weight) for name, weight in chosen.items()}
-    return Figure(plant, problem.mounting, scaled, metric, unit)
+        raise BadInput(f"no valid bound on {name} is known: it is {why}; mean squares here are {listed(known)}")
+    return known[name]
 
 
 @dataclass(frozen=True)
 class Expansion:
-    """Everything on the points' space: z has the coefficients τ + Σᵢ Oᵢ xᵢ there, J² is at least their squares' sum.
+    """Everything on the points' space: τ + Σᵢ Oᵢ xᵢ are the coefficients of z there, or its column for a peak.
 
     Attributes
     ----------
@@ -216,9 +265,9 @@ def expand(figure: Figure, points: Sequence[fmpq], c0: fmpq) -> Expansion:
         tau = [t + h * through_port[r] * c for r, t in enumerate(tau)]
         o.append([h * (h * t) * c for t in through_port])
         w.append(h * (one - P * c))
-    scale = arb.pi() * arb(float(plant.density))
+    scale = arb(1) if figure.combine == PEAK else arb.pi() * arb(float(plant.density))
     gains = [(scale * arb(figure.weights[plant.outputs[r]])).sqrt() for r in rows]
-    measure = space.operator(space.measure)
+    measure = identity(space.size) if figure.combine == PEAK else space.operator(space.measure)
     return Expansion(
         space,
         [measure * t * gain for t, gain in zip(tau, gains, strict=True)],

@@ -18,12 +18,14 @@ from flint import fmpq
 
 from posreal.admittance import Rational
 from posreal.admittance.exact import to_fmpq, to_text
-from posreal.design.bound.ports import Figure, figure
+from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
 from posreal.design.problem import Mounting, Problem, problem, problems
 from posreal.errors import BadDevice, BadInput, listed
+from posreal.vehicle import QuarterCar
 from posreal.vehicle.plant import Plant, ShapingFilter
+from posreal.vehicle.user_plant import UserPlant
 
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
@@ -49,13 +51,14 @@ def to_dict(bound: Bound) -> dict[str, Any]:
         },
         "gap_percent": bound.gap_percent,
         "seconds": round(bound.seconds, 2),
-        "about": _plant_out(bound.figure) if bound.problem is None else _problem_out(bound.problem, bound.weights),
+        "about": _about_out(bound),
         "certificate": {
             "form": bound.form,
             "points": [to_text(point) for point in numbers.points],
             "damper": to_text(numbers.damper),
             "factor": [[float(value) for value in row[: k + 1]] for k, row in enumerate(numbers.factor)],
-            "multipliers": [[float(value) for value in row] for row in numbers.multipliers],
+            "multipliers": numbers.multipliers.tolist(),
+            "functional": numbers.functional.tolist(),
         },
     }
 
@@ -79,14 +82,12 @@ def load(path: str | Path) -> Bound:
     path = Path(path)
     try:
         if path.stat().st_size > _LARGEST_FILE:
-            raise BadInput(f"{path} is larger than {_LARGEST_FILE} bytes; a certificate is a few hundred kilobytes")
-        document = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_constant)
+            raise BadInput(f"it is larger than {_LARGEST_FILE} bytes; a certificate is a few hundred kilobytes")
+        return from_dict(json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_constant))
     except OSError as error:
         raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
     except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise BadInput(f"{path} is not valid JSON: {error}") from None
-    try:
-        return from_dict(document)
     except (BadInput, BadDevice) as error:
         raise BadInput(f"{path}: {error}") from None
 
@@ -109,14 +110,16 @@ def from_dict(document: Any) -> Bound:
     if top["format"] != _FORMAT:
         raise BadInput(f"format is {top['format']!r}; this version reads {_FORMAT!r}")
     claim = _table(top["bound"], "bound", ("value", "unit", "metric", "kind"))
-    numbers = _table(top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers"))
+    numbers = _table(
+        top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers", "functional")
+    )
     if numbers["form"] not in (PLAIN, LIFTED):
         raise BadInput(f"form is {numbers['form']!r}; accepted are {PLAIN} or {LIFTED}")
     about, named, weights = _about(top["about"])
     found = Bound(
         _number(claim["value"], "the bound's value"),
         about,
-        _certificate(numbers, len(about.loops)),
+        _certificate(numbers, about),
         numbers["form"],
         top["passive"] is True,
         named,
@@ -138,10 +141,16 @@ def from_dict(document: Any) -> Bound:
 # --- the vehicle ---------------------------------------------------------------------------------------------
 
 
+def _about_out(bound: Bound) -> dict[str, Any]:
+    subject = bound.problem
+    own = subject is None or isinstance(subject.vehicle, UserPlant)
+    return _plant_out(bound.figure) if subject is None or own else _problem_out(subject, bound.weights)
+
+
 def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> dict[str, Any]:
     return {
         "problem": subject.name,
-        "objective": subject.objective,
+        "objective": subject.base_objective,
         "weights": dict(weights) if weights else None,
         "vehicle": dataclasses.asdict(subject.vehicle),
     }
@@ -158,6 +167,7 @@ def _plant_out(about: Figure) -> dict[str, Any]:
         "weights": {name: to_text(weight) for name, weight in about.weights.items()},
         "metric": about.metric,
         "unit": about.unit,
+        "combine": about.combine,
     }
 
 
@@ -168,11 +178,14 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
     if table["problem"] not in [entry.name for entry in problems()]:
         raise BadInput(f"problem is {table['problem']!r}; known are {listed(entry.name for entry in problems())}")
     posed = problem(table["problem"])
+    if isinstance(posed.vehicle, UserPlant):
+        raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
     fields = tuple(field.name for field in dataclasses.fields(posed.vehicle))
-    values = {
-        name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()
-    }
-    posed = dataclasses.replace(posed, objective=str(table["objective"]), vehicle=type(posed.vehicle)(**values))
+    values = {name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()}
+    vehicle = type(posed.vehicle)(**values)
+    if isinstance(vehicle, QuarterCar):  # its objective may be a sum or a gain
+        posed = problem(posed.name, objective=str(table["objective"]))
+    posed = dataclasses.replace(posed, objective=str(table["objective"]), vehicle=vehicle)
     if table["weights"] is None:
         return figure(posed), posed, ()
     if not isinstance(table["weights"], dict):
@@ -182,7 +195,7 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
 
 
 def _plant_in(data: Any) -> Figure:
-    table = _table(data, "about", ("plant", "shaping", "mounting", "weights", "metric", "unit"))
+    table = _table(data, "about", ("plant", "shaping", "mounting", "weights", "metric", "unit", "combine"))
     parts = _table(table["plant"], "plant", (*_PLANT, "outputs", "groups", "density"))
     arrays = {name: _array(parts[name], name) for name in _PLANT}
     shaping = None
@@ -190,9 +203,7 @@ def _plant_in(data: Any) -> Figure:
         inner = _table(table["shaping"], "shaping", tuple("ABCD"))
         shaping = ShapingFilter(**{name: _array(inner[name], f"shaping {name}") for name in "ABCD"})
     around = _table(table["mounting"], "mounting", ("beside", "behind"))
-    mounting = Mounting(
-        **{name: None if part is None else Rational.from_dict(part) for name, part in around.items()}
-    )
+    mounting = Mounting(**{name: None if part is None else Rational.from_dict(part) for name, part in around.items()})
     if not isinstance(table["weights"], dict):
         raise BadInput("weights are a table of output and number")
     try:
@@ -209,6 +220,7 @@ def _plant_in(data: Any) -> Figure:
             {str(name): to_fmpq(value) for name, value in table["weights"].items()},
             str(table["metric"]),
             str(table["unit"]),
+            str(table["combine"]),
         )
     except (ValueError, IndexError, TypeError) as error:
         raise BadInput(f"the plant's matrices do not fit together: {error}") from None
@@ -217,7 +229,8 @@ def _plant_in(data: Any) -> Figure:
 # --- the numbers ---------------------------------------------------------------------------------------------
 
 
-def _certificate(table: dict[str, Any], loops: int) -> Certificate:
+def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
+    loops = len(about.loops)
     if not isinstance(table["points"], list) or not table["points"]:
         raise BadInput("points are a list of frequencies, rad/s")
     points = tuple(_positive(point, "a point") for point in table["points"])
@@ -226,9 +239,10 @@ def _certificate(table: dict[str, Any], loops: int) -> Certificate:
     if size > _LARGEST_FACTOR:
         raise BadInput(f"{m} points and {loops} loops are more than {_LARGEST_FACTOR} together")
     rows, multipliers = table["factor"], table["multipliers"]
-    if not isinstance(rows, list) or len(rows) != size or not isinstance(multipliers, list) or len(multipliers) != pairs:
+    if not all(isinstance(x, list) and len(x) == n for x, n in ((rows, size), (multipliers, pairs))):
         raise BadInput(f"{loops} loops and {m} points need {size} rows in factor and {pairs} in multipliers")
     factor, mu = np.zeros((size, size)), np.zeros((pairs, m))
+    functional = _functional(table["functional"], about, m)
     for target, given, name in [
         *((factor[k, : k + 1], row, f"row {k + 1} of factor") for k, row in enumerate(rows)),
         *((mu[k], row, f"row {k + 1} of multipliers") for k, row in enumerate(multipliers)),
@@ -236,7 +250,20 @@ def _certificate(table: dict[str, Any], loops: int) -> Certificate:
         if not isinstance(given, list) or len(given) != len(target):
             raise BadInput(f"{name} needs {len(target)} numbers")
         target[:] = [_number(value, name) for value in given]
-    return Certificate(points, _positive(table["damper"], "damper"), factor, mu)
+    return Certificate(points, _positive(table["damper"], "damper"), factor, mu, functional)
+
+
+def _functional(data: Any, about: Figure, m: int) -> np.ndarray:
+    """The multiplier of the objective, in the shape that its kind needs."""
+    if about.combine == SQUARES:
+        if data != []:
+            raise BadInput("functional is for sums and peaks; a mean square has an empty one")
+        return np.zeros((0, 0))
+    array = _array(data, "functional")
+    good = array.shape == (len(about.weights), m) if about.combine == SUM else array.shape == (2 * m, 2 * m)
+    if not good:
+        raise BadInput(f"functional has shape {array.shape}, which does not fit {m} points")
+    return array
 
 
 def _best(data: Any, about: Figure) -> Best | None:

@@ -156,8 +156,8 @@ class Bound:
             found = Best(label or "given figure", float(best), None)
         if not found.value >= self.value * (1 - _ROUNDING):
             raise BelowBound(
-                f"{found.label} has {self.metric} = {found.value:.10g} {self.unit} ({self.kind}), below the proven bound "
-                f"{self.value:.10g}; either the figure is wrong or it is of another kind"
+                f"{found.label} has {self.metric} = {found.value:.10g} {self.unit} ({self.kind}), below the proven "
+                f"bound {self.value:.10g}; either the figure is wrong or it is of another kind"
             )
         return dataclasses.replace(self, best=found)
 

@@ -13,14 +13,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from flint import fmpq
+from flint import arb, fmpq
 
 from posreal.admittance import Rational, state_space
 from posreal.admittance.exact import rounded, to_float, to_fmpq
 from posreal.admittance.positive_real import is_positive_real
 from posreal.design.bound import lifted, plain
 from posreal.design.bound.certificate import proven
-from posreal.design.bound.ports import Expansion, Figure, enclosed
+from posreal.design.bound.objectives import objective
+from posreal.design.bound.ports import SQUARES, Figure, enclosed
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import precision
 from posreal.errors import BadInput, PosrealError
@@ -49,12 +50,15 @@ class Certificate:
         Lower-triangular C.
     multipliers : (r (r − 1)/2, m)
         μ.
+    functional : array
+        u, or P over Q, for a sum or a peak; empty for squares.
     """
 
     points: tuple[fmpq, ...]
     damper: fmpq
     factor: Array
     multipliers: Array
+    functional: Array
 
     def lower_bound(self, figure: Figure) -> float:
         """J from below, rigorously: a float that is not above what the balls prove.
@@ -64,14 +68,14 @@ class Certificate:
         NotProven
             If the numbers prove nothing for this figure.
         """
-        digits = 30
+        digits = 20
         while True:
             found = enclosed(figure, self.points, self.damper, digits=digits)
-            with precision(128 + 8 * digits):
-                squared = proven(found, self.factor, self.multipliers)
-                if squared.rad() < 1e-12 * abs(squared.mid()) or digits > 500:
-                    low = float((squared.lower()).sqrt().lower()) if squared.lower() > 0 else 0.0
-                    return math.nextafter(low, 0.0)
+            with precision(64 + 6 * digits):
+                ball = proven(found, self.factor, self.multipliers, self.functional, figure.combine)
+                if ball.rad() < 1e-12 * abs(ball.mid()) or digits > 500:
+                    low = ball.lower() if ball.lower() > 0 else arb(0)
+                    return math.nextafter(float((low.sqrt() if figure.combine == SQUARES else low).lower()), 0.0)
             digits *= 2
 
 
@@ -88,15 +92,17 @@ def choose_form(figure: Figure, wanted: str = "auto") -> str:
     BadInput
         If the plain form is wanted where it does not apply.
     """
-    if wanted == LIFTED:
+    if wanted == LIFTED and figure.combine == SQUARES:
         return LIFTED
-    if wanted not in ("auto", PLAIN):
+    if wanted not in ("auto", PLAIN, LIFTED):
         raise BadInput(f"form {wanted!r} is not known; accepted are auto, plain or lifted")
     reason = ""
     if len(figure.loops) > 1:
         reason = f"{len(figure.loops)} loops share the device"
     elif not passive(figure):
         reason = "the mobility of the port is not positive real"
+    if reason and figure.combine != SQUARES:
+        raise BadInput(f"a bound on a sum or a peak needs one passive port, and here {reason}; bound mean squares")
     if reason and wanted == PLAIN:
         raise BadInput(f"the plain form needs one passive port, and here {reason}; use the lifted form")
     return LIFTED if reason else PLAIN
@@ -157,14 +163,15 @@ def certify(
     found = enclosed(figure, points, damper)
     data = Sampled.of(found)
     if form == PLAIN:
-        solution = plain.solve(data, tolerance=tolerance or 1e-8)
-        Z, mu = solution.Z, np.zeros((0, len(points)))
-        promised = float(np.linalg.norm(data.tau + data.O[0] @ solution.x))
+        goal = objective(figure.combine, data)
+        solution = plain.solve(data, goal, tolerance=tolerance or 1e-8)
+        Z, mu, functional = solution.Z, np.zeros((0, len(points))), solution.functional
+        promised = goal.reached(solution.x)
     else:
         dual = lifted.solve(data, tolerance=tolerance or 1e-5, progress=progress)
-        Z, mu = dual.Z, dual.mu
+        Z, mu, functional = dual.Z, dual.mu, np.zeros((0, 0))
         promised = math.sqrt(max(dual.value, 0.0))
-    return Certificate(tuple(points), damper, _short(np.linalg.cholesky(Z)), _short(mu)), promised
+    return Certificate(tuple(points), damper, _short(np.linalg.cholesky(Z)), _short(mu), _short(functional)), promised
 
 
 def _row(figure: Figure, form: str) -> str:
@@ -201,7 +208,6 @@ __all__ = [
     "LIFTED",
     "PLAIN",
     "Certificate",
-    "Expansion",
     "certify",
     "choose_form",
     "cycled",

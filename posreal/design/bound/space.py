@@ -178,6 +178,4 @@ class Space:
             x = inverses[a] * (matrix(B) if k == 0 else felt * -self.v[k])
             felt = felt + x * self.v[k]
             rows.append(out * x + through if k == 0 else out * x)
-        return [
-            [arb_mat(self.size, 1, [row[i, j] for row in rows]) for j in range(B.shape[1])] for i in range(len(C))
-        ]
+        return [[arb_mat(self.size, 1, [row[i, j] for row in rows]) for j in range(B.shape[1])] for i in range(len(C))]

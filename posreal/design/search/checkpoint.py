@@ -62,9 +62,12 @@ class Checkpoint:
 
     def add(self, records: Iterable[Mapping[str, Any]]) -> None:
         """Append results and see them onto the disk."""
-        self._file.write(b"".join(_line(record) for record in records))
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        try:
+            self._file.write(b"".join(_line(record) for record in records))
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:  # a full disk
+            raise BadInput(f"cannot write the checkpoint {self.path}: {error.strerror or error}") from None
 
     def close(self) -> None:
         """Close the file; it stays."""

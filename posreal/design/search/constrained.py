@@ -169,11 +169,11 @@ def best_constrained_values(
     for value, _, theta in ends[:3]:
         if value >= math.log(limit * (1 - NO_GAIN)):
             # fewer speeds are watched here than there are, and still it is no better than its limit
-            return Found(form, math.exp(value), tuple(np.exp(theta).tolist()), agreed)
+            return Found(form, math.exp(value), tuple(np.exp(theta).tolist()), agreed, settings.starts)
         point = _polished(fine, box, theta)
         if point is not None:
-            return Found(form, math.exp(objective(point)[0]), tuple(np.exp(point).tolist()), agreed)
-    return Found(form, math.inf, (), 0)
+            return Found(form, math.exp(objective(point)[0]), tuple(np.exp(point).tolist()), agreed, settings.starts)
+    return Found(form, math.inf, (), 0, settings.starts)
 
 
 def _starts(

@@ -111,7 +111,7 @@ def designed(problem: Problem, settings: Settings, one: Found) -> Design | None:
         parameters=network.values() | vehicle,
         found={
             "method": "search over topologies, exact gradients",
-            "starts": settings.starts,
+            "starts": one.starts,
             "agreed": one.agreed,
             "seed": settings.seed,
             "at_bounds": _at_bounds(network, settings),

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from posreal.errors import BadInput, hint
 from posreal.units import quantity
 
-KINDS = {"springs": "k", "dampers": "c", "inerters": "b"}
+KINDS = {"springs": "k", "dampers": "c", "inerters": "b", "reactive": "kb"}  # reactive: springs and inerters together
 _UNITS = {"k": "N/m", "c": "N*s/m", "b": "kg"}
 
 
@@ -68,7 +68,7 @@ def read_limits(texts: Iterable[str]) -> dict[str, float]:
 
 
 def checked_at_most(at_most: Mapping[str, int] | None) -> dict[str, int]:
-    """Counts by letter, from counts by ``springs``, ``dampers``, ``inerters``."""
+    """Counts by letters, from counts by ``springs``, ``dampers``, ``inerters``, ``reactive``."""
     found: dict[str, int] = {}
     for name, count in (at_most or {}).items():
         if name not in KINDS:

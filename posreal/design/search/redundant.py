@@ -13,12 +13,12 @@ admittances aX, bX and Y of R, and t = (1 + a/b)²,
 all values stay positive, so each side covers the other. Where the result puts two like elements into one
 joint they are one, and the network was a smaller one.
 
-**Foster.** A part made of two kinds only is worth its Foster form: elements in parallel and pairs in series.
-For springs and dampers Y = k₀/s + c₀ + Σ kᵢcᵢ/(kᵢ + cᵢ s), for springs and inerters and for dampers and
-inerters likewise. It has no more elements *of either kind*: the degree of Y in s is the number of its springs
-and cannot exceed that of T, and the degree of s·Y (springs become constants, dampers reactive) is the number
-of its dampers and cannot exceed that of T. In particular a network with one reactive element, whose degree is
-at most one, is never better than one with three elements in all, since those have every positive-real
+**Foster.** A part made of two kinds only is worth its Foster form: elements in parallel, and pairs in series. For
+springs and dampers Y = k₀/s + c₀ + Σ kᵢcᵢ/(kᵢ + cᵢ s). It has no more elements *of either kind*: the degree of Y in s
+is the number of its springs, and the degree of s·Y (in which springs are constants and dampers reactive) is the
+number of its dampers; neither can exceed the number of such elements in T. Dampers and inerters: the same for Y/s.
+Springs and inerters: the same for s·Y and Y/s as functions of s². In particular a network with one reactive element,
+whose degree is at most one, is never better than one with three elements in all, since those have every positive-real
 admittance of degree one: no network beats the best device of its degree.
 
 **Star and triangle.** A bridge in which three branches of one kind make a triangle (or a star) is the tree

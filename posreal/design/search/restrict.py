@@ -22,12 +22,19 @@ class RestrictedProblem(Problem):
         return own + tuple(Constraint(name, "<=", value, "the limit given") for name, value in self.limits)
 
 
-def restricted(problem: Problem, limits: Mapping[str, float]) -> Problem:
-    """The problem with metrics limited from above; the problem itself if there are no limits."""
-    if not limits:
-        return problem
+def restricted(problem: Problem, limits: Mapping[str, float]) -> RestrictedProblem:
+    """The problem with metrics limited from above, and what it was limited by before."""
     own = {field.name: getattr(problem, field.name) for field in fields(Problem)}
     already = problem.limits if isinstance(problem, RestrictedProblem) else ()
     new = RestrictedProblem(**own, limits=(*already, *limits.items()))
     new.__dict__["default_metrics"] = problem.default_metrics
     return new
+
+
+def unrestricted(problem: Problem) -> Problem:
+    """The problem without the limits, with its own constraints only."""
+    if not isinstance(problem, RestrictedProblem):
+        return problem
+    plain = Problem(**{field.name: getattr(problem, field.name) for field in fields(Problem)})
+    plain.__dict__["default_metrics"] = problem.default_metrics
+    return plain

@@ -127,12 +127,16 @@ class Search:
         Infeasible
             If no network meets the constraints.
         """
+        self.require_any()
+        return min((point.design for point in self.front), key=lambda design: design.objective.value)
+
+    def require_any(self) -> None:
+        """Raise Infeasible if no network meets the constraints."""
         if not self.front:
             raise Infeasible(
-                f"no network of up to {self.elements} elements was found that meets the constraints of "
+                f"no network of {self.elements} elements or fewer was found that meets the constraints of "
                 f"{self.problem.name}; allow more elements"
             )
-        return min((point.design for point in self.front), key=lambda design: design.objective.value)
 
     def of(self, elements: int) -> Design | None:
         """The best design of no more than so many elements; None if there is none."""

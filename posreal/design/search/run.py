@@ -4,7 +4,8 @@ Sizes are searched one after another, from the smallest: the optimum of a networ
 one that has it as a limit (:mod:`~posreal.design.search.limits`). Within a size the topologies are
 independent of each other, and so are the random numbers of each, so that the answer does not depend on who
 does which, nor on how often the search was interrupted. Topologies that cannot bring anything are left out
-beforehand, by proof (:mod:`~posreal.design.search.redundant`).
+beforehand, by proof (:mod:`~posreal.design.search.redundant`), and the most promising ones of each size are
+looked at twice.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any
 from posreal.design.problem import Problem
 from posreal.design.search.checkpoint import Checkpoint, fingerprint, number
 from posreal.design.search.constrained import require_smooth
-from posreal.design.search.front import front, least_of_limits, tally
+from posreal.design.search.front import front, least_of_limits, ranked, tally
 from posreal.design.search.limits import limits as limits_of
 from posreal.design.search.limits import start
 from posreal.design.search.options import checked_at_most, checked_bounds
@@ -30,11 +31,13 @@ from posreal.design.search.result import Search
 from posreal.design.search.topologies import Form, key, letters, topologies
 from posreal.design.search.tradeoff import require_metric, tradeoff
 from posreal.design.search.values import Found, Settings, best_values, coarse, is_smooth
-from posreal.design.search.workers import workers
+from posreal.design.search.workers import Workers, workers
 from posreal.errors import BadInput
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
 STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology
+PROMISING = 24  # networks of each size, the best, that are looked at again
+MORE, MORE_CONSTRAINED = 8, 2  # times as many starts for these
 _WARM = 3  # limits whose optima are starts of a larger network, the best of them
 _OFF = 2.5  # decades from the unit of the element that the limit lost
 _CHUNK = 8  # topologies handed out at a time
@@ -64,7 +67,8 @@ def search(
     elements : int
         The most elements, 1 to 7; the bush or the static spring is not counted. Bridges are searched up to 6.
     at_most : mapping, optional
-        The most ``springs``, ``dampers``, ``inerters``.
+        The most ``springs``, ``dampers``, ``inerters``, and ``reactive`` elements (springs and inerters together): a
+        network of n of these has degree n at most.
     bounds : mapping of "k", "c", "b" to (lower, upper), optional
         In N/m, N s/m and kg, for every element of the kind. Otherwise values are free.
     limits : mapping of metric name to value, optional
@@ -72,8 +76,8 @@ def search(
     metric : str, optional
         Trade the objective against this one as well: the front then has several designs of one size.
     starts : int, optional
-        Random starts for each topology, the best of 64. By default 16, and 6 where something must hold, for
-        which a start costs a hundred times as much.
+        Random starts for each topology, the best of 64. By default 16, and 6 where something must hold, for which a
+        start costs a hundred times as much. The most promising topologies of each size get more of them afterwards.
     seed : int
     jobs : int
         Processes on this machine; -1 for all cores.
@@ -100,7 +104,7 @@ def search(
     if isinstance(elements, bool) or not isinstance(elements, int) or not 1 <= elements <= LARGEST:
         raise BadInput(f"{elements!r} elements cannot be searched; give a number from 1 to {LARGEST}")
     counts = checked_at_most(at_most)
-    posed = restricted(problem, _checked_limits(limits or {}))
+    posed = restricted(problem, _checked_limits(limits)) if limits else problem
     if starts is None:
         starts = STARTS if is_smooth(posed) else STARTS_CONSTRAINED
     if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
@@ -119,19 +123,22 @@ def search(
         known = {} if file is None else _records(file, classed)
         if file is not None and file.trimmed and progress is not None:
             progress(f"the last line of {file.path} was unfinished and has been cut off")
+        again = dataclasses.replace(settings, starts=settings.starts * (MORE if is_smooth(posed) else MORE_CONSTRAINED))
         resumed = 0
         for size in range(1, elements + 1):
-            wanted = [f for f in _of_size(size, counts) if classed[f] == f]
-            done = [known[form] for form in wanted if form in known]
-            resumed += len(done)
-            found.update({one.form: one for one in done})
-            tasks = _tasks(posed, settings, [form for form in wanted if form not in known], classed, found)
-            report = _Progress(progress, posed, size, len(wanted), len(done), found)
-            for results in pool.each(best_of_each, tasks):
-                if file is not None:
-                    file.add([_record(result) for result in results])
-                found.update({result.form: result for result in results})
-                report(len(results))
+            wanted = [form for form in _of_size(size, counts) if classed[form] == form]
+            first = _Look(posed, settings, wanted, known, found, progress)
+            first.take(
+                pool, file, lambda form: (warm_starts(posed, form, found), least_of_limits(form, classed, found))
+            )
+            found.update(first.results)
+            promising = [one.form for one in ranked(size, classed, found)[:PROMISING]]
+            second = _Look(posed, again, promising, known, found, progress)
+            second.take(pool, file, lambda form: ([found[form].values], least_of_limits(form, classed, found)))
+            for form, one in second.results.items():
+                if one.objective < found[form].objective:
+                    found[form] = one
+            resumed += first.resumed
         every = [_of_size(size, counts) for size in range(1, elements + 1)]
         points = front(posed, settings, classed, every, found)
         if metric is not None:
@@ -170,20 +177,8 @@ def _of_size(size: int, at_most: Mapping[str, int]) -> list[Form]:
     return [
         form
         for form in topologies(size)
-        if all(letters(form).count(letter) <= most for letter, most in at_most.items())
+        if all(sum(letters(form).count(one) for one in kind) <= most for kind, most in at_most.items())
     ]
-
-
-def _tasks(
-    problem: Problem,
-    settings: Settings,
-    wanted: Sequence[Form],
-    classed: Mapping[Form, Form],
-    found: Mapping[Form, Found],
-) -> list[tuple[Any, ...]]:
-    """Chunks of topologies with their warm starts and the best figure of their limits."""
-    pairs = [(form, warm_starts(problem, form, found), least_of_limits(form, classed, found)) for form in wanted]
-    return [(problem, settings, pairs[i : i + _CHUNK]) for i in range(0, len(pairs), _CHUNK)]
 
 
 def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> list[list[float]]:
@@ -231,45 +226,61 @@ def _record(found: Found) -> dict[str, Any]:
         "objective": number(found.objective),
         "values": list(found.values),
         "agreed": found.agreed,
+        "starts": found.starts,
     }
 
 
-def _records(file: Checkpoint, classed: Mapping[Form, Form]) -> dict[Form, Found]:
-    """A checkpoint's results by topology; those of sizes that are not wanted now are passed over."""
+def _records(file: Checkpoint, classed: Mapping[Form, Form]) -> dict[tuple[Form, int], Found]:
+    """A checkpoint's results by topology and starts; those of sizes that are not wanted now are passed over."""
     by_key = {key(form): form for form in classed}
     known = {}
     for record in file.records:
         form = by_key.get(record["network"])
         if form is not None:
             objective = math.inf if record["objective"] is None else record["objective"]
-            known[form] = Found(form, objective, tuple(record["values"]), record["agreed"])
+            starts = record["starts"]
+            known[form, starts] = Found(form, objective, tuple(record["values"]), record["agreed"], starts)
     return known
 
 
-class _Progress:
-    """One line whenever results come in."""
+class _Look:
+    """The best values of some topologies of one size: taken from a checkpoint, or found and put there."""
 
     def __init__(
         self,
-        say: Callable[[str], None] | None,
         problem: Problem,
-        size: int,
-        total: int,
-        done: int,
+        settings: Settings,
+        wanted: Sequence[Form],
+        known: Mapping[tuple[Form, int], Found],
         found: Mapping[Form, Found],
+        say: Callable[[str], None] | None,
     ) -> None:
-        self._say, self._problem, self._size, self._total, self._found = say, problem, size, total, found
-        self._done, self._began, self._new = done, time.perf_counter(), 0
+        self._problem, self._settings, self._wanted, self._found, self._say = problem, settings, wanted, found, say
+        pairs = ((form, known.get((form, settings.starts))) for form in wanted)
+        self.results = {form: one for form, one in pairs if one is not None}
+        self.resumed = len(self.results)
 
-    def __call__(self, count: int) -> None:
-        self._new += count
-        if self._say is None:
-            return
-        rate = self._new / max(time.perf_counter() - self._began, 1e-9)
-        done = self._done + self._new
-        filled = round(20 * done / self._total)
-        best = min(self._found.values(), key=lambda one: one.objective)
-        self._say(
-            f"{self._size} elements {'━' * filled}{'─' * (20 - filled)} {done}/{self._total}, {rate:.1f} a second, "
-            f"best {self._problem.objective} {best.objective:.5g} by {key(best.form)}"
+    def take(
+        self, pool: Workers, file: Checkpoint | None, given: Callable[[Form], tuple[Sequence[Sequence[float]], float]]
+    ) -> None:
+        """Find what is not known yet; `given` are a topology's warm starts and its limits' best figure."""
+        work = [(form, *given(form)) for form in self._wanted if form not in self.results]
+        tasks = [(self._problem, self._settings, work[i : i + _CHUNK]) for i in range(0, len(work), _CHUNK)]
+        began = time.perf_counter()
+        for results in pool.each(best_of_each, tasks):
+            if file is not None:
+                file.add([_record(result) for result in results])
+            self.results |= {result.form: result for result in results}
+            if self._say is not None:
+                self._say(self._line(time.perf_counter() - began))
+
+    def _line(self, seconds: float) -> str:
+        """How far, how fast, the best so far."""
+        done, total = len(self.results), len(self._wanted)
+        filled = round(20 * done / total)
+        rate = (done - self.resumed) / max(seconds, 1e-9)
+        best = min([*self._found.values(), *self.results.values()], key=lambda one: one.objective)
+        return (
+            f"{len(letters(self._wanted[0]))} elements {'━' * filled}{'─' * (20 - filled)} {done}/{total}, "
+            f"{rate:.1f} a second, best {self._problem.objective} {best.objective:.5g} by {key(best.form)}"
         )

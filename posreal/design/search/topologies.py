@@ -1,16 +1,15 @@
 """Every two-terminal network of n springs, dampers and inerters, once.
 
-Series–parallel: a joint holds two children or more, each an element or a joint of the other kind, in no
-order, and no two equal elements (they would be one). With s_n joints of one kind over n elements (as many of
-the other, by duality)
+Series–parallel: a joint holds two children or more, each an element or a joint of the other kind, in no order, and no
+two equal elements (they would be one). By duality half of the a_n trees of n ≥ 2 elements are series joints, half
+parallel ones. A set of elements and a bag of joints of one kind is a joint of the other kind, or is a single joint:
 
-    (1 + x)³ ∏_{m ≥ 2} (1 − x^m)^{−s_m} = 1 + 3x + Σ_{n ≥ 2} (s_n + s_n) x^n − Σ_{n ≥ 2} s_n x^n,
+    (1 + x)³ ∏_{m ≥ 2} (1 − x^m)^{−a_m/2} = 1 + Σ_{n ≥ 1} a_n x^n,      a = 3, 6, 20, 90, 432, 2202, 11700, …
 
-which gives 3, 6, 20, 90, 432, 2202, … trees. From five elements on there are also bridges (Wheatstone's five
-branches, each an element or a tree, and trees over them). Up to six elements this is every graph: a
-two-terminal network that no series or parallel joint divides is, with an edge from terminal to terminal
-added, a 3-connected graph; the least is the tetrahedron, which leaves the bridge, and the next, the wheel
-with four spokes, has seven edges besides that one.
+From five elements on there are also bridges: Wheatstone's five branches, each an element or a tree, and trees over
+them. Up to six elements this is every graph: a two-terminal network that no series or parallel joint divides is, with
+an edge from terminal to terminal added, a 3-connected graph; the least is the tetrahedron, which leaves the bridge,
+and the next, the wheel with four spokes, has seven edges besides that one.
 
 A topology is a *form*: the letter of an element, or a tuple of a sign and children. Children of ``+`` and
 ``|`` stand in the order of their keys, the five branches of a bridge ``#`` as

@@ -1,9 +1,9 @@
 """The objective against a second metric: what a millimetre of deflection costs in comfort, for each number of elements.
 
-    min J   subject to   M ≤ M_j,      M_j from the least M that a size reaches to the M of its best J
+    min J   subject to   M ≤ (1 − x) M*,      M* the metric at the best J of a size, x = 2, 5, 10, 20, 30 %
 
 (the ε-constraint method: it finds the whole front, also where it is not convex), over the networks that were best in J
-alone and over those that are best in M. What another design betters in elements, J and M at once is dropped.
+alone. What another design betters in elements, J and M at once is dropped.
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ from posreal.design.search.workers import Workers
 from posreal.errors import BadInput, listed
 
 CANDIDATES = 6  # networks of each size, best in the objective
-LEVELS = (0.0, 0.25, 0.5, 0.75)  # of the way from the least of the metric to its value at the best objective
-_STARTS = 2  # random ones, besides the two ends of the front between which a design lies
-_SLACK = 1e-4  # relative, above the least value, at which there is still something to choose
+CUTS = (0.02, 0.05, 0.1, 0.2, 0.3)  # of the metric at the best objective
+_STARTS = 2  # random ones, besides the optima in J and in M, between which a design lies
 
 
 def require_metric(problem: Problem, metric: str) -> None:
@@ -46,48 +45,40 @@ def tradeoff(
 ) -> tuple[FrontPoint, ...]:
     """The front in elements, objective and metric, from the front in elements and objective."""
     every = list(points)
-    settings = replace(settings, starts=min(settings.starts, _STARTS))
+    few = replace(settings, starts=min(settings.starts, _STARTS))
+    least = replace(problem, objective=metric)
     for point in points:
         best = ranked(point.elements, classed, found)[:CANDIDATES]
-        other = replace(problem, objective=metric)
-        lows = [
-            one
-            for task in pool.each(_values, [(other, settings, one.form, one.values) for one in best])
-            for one in task
+        lows = _in_order(pool, [(least, few, one.form, one.values) for one in best])
+        tasks = [
+            (restricted(problem, {metric: (1 - cut) * point.design.metrics[metric].value}), few, one.form, *ends)
+            for cut in CUTS
+            for one, low in zip(best, lows, strict=True)
+            if low.objective < (1 - cut) * point.design.metrics[metric].value
+            for ends in [(one.values, low.values)]
         ]
-        reached = min((one.objective for one in lows if one.feasible), default=None)
-        top = point.design.metrics[metric].value
-        if reached is None or reached >= top * (1 - _SLACK):
-            continue
-        starts = {one.form: one.values for one in lows}
-        tasks = []
-        for level in LEVELS:
-            limit = reached * (1 + _SLACK) + level * (top - reached)
-            held = restricted(problem, {metric: limit})
-            tasks += [(held, settings, one.form, one.values, starts.get(one.form, ())) for one in best]
         by_limit: dict[float, list[Found]] = {}
-        for (held, *_), some in zip(tasks, _in_order(pool, tasks), strict=True):
-            by_limit.setdefault(held.constraints[-1].value, []).extend(some)
-        for limit, some in sorted(by_limit.items()):
-            for one in sorted((one for one in some if one.feasible), key=lambda one: one.objective):
-                design = designed(restricted(problem, {metric: limit}), settings, one)
-                if design is not None:
-                    every.append(FrontPoint(replace(design, problem=problem)))
-                    break
+        for (held, *_), one in zip(tasks, _in_order(pool, tasks), strict=True):
+            by_limit.setdefault(held.limits[-1][1], []).append(one)
+        for limit, some in by_limit.items():
+            held = restricted(problem, {metric: limit})
+            good = sorted((one for one in some if one.feasible), key=lambda one: one.objective)
+            design = next((d for d in (designed(held, settings, one) for one in good) if d is not None), None)
+            if design is not None:
+                every.append(FrontPoint(design))
     return _undominated(every, problem, metric)
 
 
-def _values(problem: Problem, settings: Settings, form: Form, *warm: tuple[float, ...]) -> list[Found]:
-    return [best_values(problem, form, settings, [values for values in warm if values])]
+def _values(
+    index: int, problem: Problem, settings: Settings, form: Form, *warm: tuple[float, ...]
+) -> tuple[int, Found]:
+    return index, best_values(problem, form, settings, warm)
 
 
-def _indexed(index: int, task: tuple[Any, ...]) -> tuple[int, list[Found]]:
-    return index, _values(*task)
-
-
-def _in_order(pool: Workers, tasks: Sequence[tuple[Any, ...]]) -> list[list[Found]]:
+def _in_order(pool: Workers, tasks: Sequence[tuple[Any, ...]]) -> list[Found]:
     """Results in the order of their tasks, whoever finishes first."""
-    return [result for _, result in sorted(pool.each(_indexed, list(enumerate(tasks))), key=lambda pair: pair[0])]
+    numbered = [(index, *task) for index, task in enumerate(tasks)]
+    return [result for _, result in sorted(pool.each(_values, numbered), key=lambda pair: pair[0])]
 
 
 def _undominated(points: Sequence[FrontPoint], problem: Problem, metric: str) -> tuple[FrontPoint, ...]:

@@ -60,14 +60,15 @@ class Found:
         In the metric's unit; infinite if no values were found that meet the constraints.
     values : tuple of float
         Of the elements in the form's order, then of the problem's free vehicle parameters, SI units.
-    agreed : int
-        Starts that led to the same figure within 0.1 %.
+    agreed, starts : int
+        How many of the random starts led to the same figure within 0.1 %.
     """
 
     form: Form
     objective: float
     values: tuple[float, ...]
     agreed: int
+    starts: int
 
     @property
     def feasible(self) -> bool:
@@ -159,7 +160,7 @@ def best_values(
     figure = float(ground(problem, FINE, trimmed=True).value_and_gradient(form, point[None, :])[0][0])
     if figure < limit * (1 - NO_GAIN):
         point, figure = polished(problem, form, box, point)
-    return Found(form, figure, tuple(np.exp(point).tolist()), agreed)
+    return Found(form, figure, tuple(np.exp(point).tolist()), agreed, settings.starts)
 
 
 def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:

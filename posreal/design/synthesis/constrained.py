@@ -1,113 +1,188 @@
-"""The same search where the vehicle must keep its damping: sequential quadratic programming [Kraft1988].
+"""The same search where something must be kept: sequential quadratic programming [Kraft1988].
 
-    minimise J(Y(θ), φ)   subject to   ζᵢ(θ, φ) ≥ ζ_min
+    minimise maxᵢ Fᵢ(θ, φ)   subject to   every margin(θ, φ) ≥ 0
 
-over θ of :class:`Chart` and φ, the logarithms of the vehicle parameters that are free (within their ranges);
-ζᵢ are the least damped modes at a set of speeds (:mod:`.damping`), each with its slope.
+over θ of :class:`Chart` and φ, the logarithms of the vehicle parameters that are free (within their ranges). F are the
+objective's figures (:mod:`.figures`); where it is more than one number, a bound t on all of them is minimised in their
+place. Margins are those of figures below their limits and of damping ratios above theirs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.optimize import minimize
 
+from posreal.design.problem import Range
 from posreal.design.synthesis.chart import Chart
-from posreal.design.synthesis.criterion import Candidate, Criterion
+from posreal.design.synthesis.criterion import Candidate
 from posreal.design.synthesis.damping import Damping
+from posreal.design.synthesis.figures import Figure, Slopes
 
 Real = np.ndarray
 
 UNIT = 0.01  # of damping ratio: what the optimiser sees as 1
-INSIDE = 1e-8  # of damping ratio, asked for beyond the limit: the optimiser's rounding stays on the right side
+INSIDE = 1e-8  # of damping ratio and of figures, relative: the optimiser's rounding stays on the right side
 
 
-def finish_damped(
-    criterion: Criterion,
-    damping: Damping,
-    limit: float,
+class Requirement(Protocol):
+    """Something to be kept: margins in units of their own, not negative where it is."""
+
+    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The margins and their slopes."""
+
+
+@dataclass(frozen=True)
+class AtMost:
+    """A figure not above its limit."""
+
+    metric: str
+    figure: Figure
+    limit: float
+
+    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """1 − F/limit."""
+        found = self.figure.slopes(chart, theta, parameters)
+        unit = self.limit if self.limit > 0 else 1.0
+        return Slopes(
+            (self.limit - found.values) / unit - INSIDE,
+            -found.by_theta / unit,
+            {name: -slope / unit for name, slope in found.by.items()},
+        )
+
+
+@dataclass(frozen=True)
+class Damped:
+    """Every watched mode with at least a damping ratio."""
+
+    damping: Damping
+    limit: float
+
+    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """(ζ − limit)/UNIT."""
+        ratio, by_theta, by = self.damping.ratios_and_slopes(chart, theta, parameters)
+        return Slopes(
+            (ratio - self.limit - INSIDE) / UNIT, by_theta / UNIT, {name: slope / UNIT for name, slope in by.items()}
+        )
+
+
+def finish_constrained(
+    objective: Sequence[Figure],
+    requirements: Sequence[Requirement],
+    free: Mapping[str, Range],
     chart: Chart,
     start: Candidate,
     *,
     iterations: int = 200,
     tolerance: float = 1e-9,
-    taken: Callable[[Candidate, float], None] = lambda candidate, value: None,
-) -> Candidate:
-    """Improve a candidate to a local optimum that keeps every watched damping ratio at or above `limit`.
+) -> tuple[Candidate, ...]:
+    """Improve a candidate to a local optimum that keeps what is required.
 
     Parameters
     ----------
-    criterion : Criterion
-    damping : Damping
-        The speeds that are watched.
-    limit : float
-        Least damping ratio.
+    objective : sequence of Figure
+        The largest of all their numbers is minimised.
+    requirements : sequence of Requirement
+    free : mapping of vehicle parameter to Range
     chart : Chart
     start : Candidate
-        Need not keep the limit.
+        Need not keep the requirements.
     iterations : int
     tolerance : float
-        Relative change of J at which to stop.
-    taken : function of candidate and value
-        Called at each iterate that keeps the limit at the watched speeds.
+        Relative change of the objective at which to stop.
 
     Returns
     -------
-    Candidate
-        The last iterate, which may miss the limit by a little, or by far where the optimiser failed: measure it.
+    tuple of Candidate
+        The last iterate, which may miss a requirement by a little, or by far where the optimiser failed, and the best
+        iterate that missed none, if there was one: measure them.
     """
-    free = criterion.problem.free if damping.primary else {}
     names = tuple(free)
     first = np.array([start.parameters[name] for name in names])
-    unknowns = np.concatenate([chart.vector(start.device), np.zeros(len(names))])
-    size = chart.size
-    unit = criterion.measure(start)
+    theta0 = chart.vector(start.device)
+    size, count = chart.size, len(names)
 
     def at(x: Real) -> dict[str, float]:
-        return dict(zip(names, (first * np.exp(x[size:])).tolist(), strict=True))
+        return dict(zip(names, (first * np.exp(x[size : size + count])).tolist(), strict=True))
 
     def candidate(x: Real) -> Candidate:
         return Candidate(chart.device(x[:size]), at(x))
 
-    def relative(x: Real) -> tuple[float, Real]:
-        values = at(x)
-        Y, dY = chart.values_and_slopes(x[:size], criterion.s)
-        J, g, by = criterion.value_and_slope(Y, values)
-        by_theta = np.einsum("ij,j->i", dY, g).real
-        return J / unit, np.concatenate([by_theta, [by[name] * values[name] for name in names]]) / unit
+    def stacked(parts: Sequence[Slopes], values: Mapping[str, float]) -> tuple[Real, Real]:
+        """Values (m,) and their slopes (m, size + count) in the unknowns."""
+        by = [np.hstack([part.by[name] * values[name] for part in parts])[None, :] for name in names]
+        return np.hstack([part.values for part in parts]), np.vstack([np.hstack([p.by_theta for p in parts]), *by]).T
 
     memory: dict[str, Any] = {}
 
-    def margins(x: Real) -> tuple[Real, Real]:
-        if "x" not in memory or not np.array_equal(memory["x"], x):
+    def figures(x: Real) -> tuple[Real, Real]:
+        """Objective numbers relative to the start's."""
+        key = x[: size + count].tobytes()
+        if memory.get("figures at") != key:
             values = at(x)
-            ratio, by_theta, by = damping.ratios_and_slopes(chart, x[:size], values)
-            slope = np.vstack([by_theta, *(by[name] * values[name] for name in names)])
-            memory.update(x=x.copy(), result=((ratio - limit - INSIDE) / UNIT, slope.T / UNIT))
-        return memory["result"]
+            found, slope = stacked([f.slopes(chart, x[:size], values) for f in objective], values)
+            unit = memory.setdefault("unit", float(found.max()))
+            memory.update({"figures at": key, "figures": (found / unit, slope / unit)})
+        return memory["figures"]
+
+    def margins(x: Real) -> tuple[Real, Real]:
+        key = x[: size + count].tobytes()
+        if memory.get("margins at") != key:
+            values = at(x)
+            found = stacked([r.margins(chart, x[:size], values) for r in requirements], values)
+            memory.update({"margins at": key, "margins": found})
+        return memory["margins"]
+
+    x0 = np.concatenate([theta0, np.zeros(count)])
+    many = len(figures(x0)[0]) > 1
+    if many:
+        x0 = np.append(x0, figures(x0)[0].max())
+
+    def target(x: Real) -> tuple[float, Real]:
+        if many:
+            return float(x[-1]), np.append(np.zeros(size + count), 1.0)
+        values, slope = figures(x)
+        return float(values[0]), slope[0]
+
+    def slack(x: Real) -> tuple[Real, Real]:
+        parts = [margins(x)] if requirements else []
+        if many:
+            values, slope = figures(x)
+            parts = [(v, np.hstack([s, np.zeros((len(v), 1))])) for v, s in parts]
+            parts.append((x[-1] - values, np.hstack([-slope, np.ones((len(values), 1))])))
+        return np.concatenate([v for v, _ in parts]), np.vstack([s for _, s in parts])
+
+    kept: list[tuple[float, Real]] = []
 
     def after(x: Real) -> None:
-        if margins(x)[0].min() >= 0:
-            taken(candidate(x), relative(x)[0] * unit)
+        if not requirements or margins(x)[0].min() >= 0:
+            value = float(figures(x)[0].max())
+            if not kept or value < kept[0][0]:
+                kept[:] = [(value, np.array(x))]
 
     bounds: list[tuple[float | None, float | None]] = [(None, None)] * size + [
         (float(np.log(free[name].lower / f)), float(np.log(free[name].upper / f)))
         for name, f in zip(names, first, strict=True)
     ]
+    bounds += [(None, None)] * many
     with np.errstate(all="ignore"):
         try:
             found = minimize(
-                relative,
-                unknowns,
+                target,
+                x0,
                 jac=True,
                 method="SLSQP",
                 bounds=bounds,
-                constraints={"type": "ineq", "fun": lambda x: margins(x)[0], "jac": lambda x: margins(x)[1]},
+                constraints={"type": "ineq", "fun": lambda x: slack(x)[0], "jac": lambda x: slack(x)[1]}
+                if requirements or many
+                else (),
                 callback=after,
                 options={"maxiter": iterations, "ftol": tolerance},
             ).x
         except (np.linalg.LinAlgError, ValueError):  # an iterate ran off to infinity
-            return start
-    return candidate(np.asarray(found)) if np.all(np.isfinite(found)) else start
+            found = x0
+    last = [np.asarray(found)] if np.all(np.isfinite(found)) else []
+    return tuple(candidate(x) for x in [*last, *(x for _, x in kept)])

@@ -1,7 +1,6 @@
 """The figure of a scaled device, with exact delays, and its slope: what every method here is judged by.
 
-With H the scaled device (:class:`Scale`), the port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0) behind
-a bush kb; :class:`posreal.design.objective.MeanSquare` gives J and dJ/dY there.
+:class:`posreal.design.objective.MeanSquare` gives J and dJ/dY at the port, :class:`.figures.Inside` what is in it.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from posreal.admittance import PortHamiltonian
 from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import resolvent
+from posreal.design.synthesis.figures import Inside
 from posreal.design.synthesis.scale import Scale
 
 Real = np.ndarray
@@ -40,12 +40,12 @@ class Criterion:
     @cached_property
     def figure(self) -> MeanSquare:
         """The objective on its quadrature grid."""
-        return mean_square(self.problem, primary_open="Kpy" in self.problem.free)
+        return mean_square(self.problem, primary_open=bool({"Kpy", "Cpy"} & set(self.problem.free)))
 
     @cached_property
     def nominal(self) -> dict[str, float]:
         """The free parameters at the vehicle's own values."""
-        return {name: float(getattr(self.problem.vehicle, name)) for name in self.problem.free}
+        return self._inside.nominal
 
     @cached_property
     def s(self) -> Complex:
@@ -53,43 +53,24 @@ class Criterion:
         return self.figure.s / self.scale.omega
 
     @cached_property
-    def _beside(self) -> Complex:
-        beside = self.problem.mounting.beside
-        return np.zeros_like(self.figure.s) if beside is None else np.asarray(beside(self.figure.s))
-
-    @cached_property
-    def _give(self) -> Complex:
-        """Mobility of the bush."""
-        behind = self.problem.mounting.behind
-        return np.zeros_like(self.figure.s) if behind is None else 1 / np.asarray(behind(self.figure.s))
+    def _inside(self) -> Inside:
+        return Inside(self.problem, self.scale, self.figure.s)
 
     def value_and_slope(
-        self, H: Complex, primary: Mapping[str, float] | None = None
+        self, H: Complex, parameters: Mapping[str, float] | None = None
     ) -> tuple[float, Complex, dict[str, float]]:
-        """J, the g with dJ = Re Σ g dH, and ∂J/∂ of the primary's Kpy and Cpy where these are free.
+        """J, the g with dJ = Re Σ g dH, and ∂J/∂ of the free vehicle parameters.
 
         Parameters
         ----------
         H : (N,) values on the grid `s`
-        primary : mapping, optional
-            Kpy (N/m) and Cpy (N s/m), the vehicle's by default.
+        parameters : mapping, optional
+            Free vehicle parameters in SI units, the vehicle's own by default.
         """
-        c0 = self.scale.damper
-        if self.scale.impedance:
-            inner = 1 / (self._give + H / c0)
-            slope = -(inner**2) / c0
-        else:
-            inner, slope = c0 * H, np.full_like(H, c0)
-        port = {"secondary": self._beside + inner}
-        if "Kpy" in self.problem.free:
-            values = primary or self.nominal
-            port["primary"] = values["Kpy"] / self.figure.s + values["Cpy"]
-        J, slopes = self.figure.value_and_slopes(port)
-        extra = {}
-        if "primary" in slopes:
-            g = slopes["primary"]
-            extra = {"Kpy": float((g / self.figure.s).real.sum()), "Cpy": float(g.real.sum())}
-        return J, slopes["secondary"] * slope, extra
+        Y, inner = self._inside.ports(H, parameters)
+        J, slopes = self.figure.value_and_slopes(Y)
+        extra = {name: float(slope) for name, slope in self._inside.by_parameter(slopes).items()}
+        return J, slopes["secondary"] * inner, extra
 
     def measure(self, candidate: Candidate) -> float:
         """J of a candidate, whatever the constraints."""

@@ -19,32 +19,19 @@ import numpy as np
 from posreal.admittance import PortHamiltonian, StateSpace
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.scale import Scale
-from posreal.vehicle import Plant, PlanView, close
+from posreal.vehicle import Plant, PlanView
 
 Real = np.ndarray
 Complex = np.ndarray
 
 LEAST = 4  # modes a speed that are watched: the least damped ones
-SEARCH_SPEEDS = (
-    1.0,
-    2.0,
-    3.0,
-    5.0,
-    8.0,
-    12.0,
-    17.0,
-    22.0,
-    27.0,
-    32.0,
-    37.0,
-    42.0,
-    46.0,
-    49.0,
-    51.0,
-    53.0,
-    54.0,
-    55.0,
+SEARCH_SPEEDS = (1.0, 6.0, 15.0, 28.0, 42.0, 51.0, 55.0)  # m/s, watched from the start
+ALL_SPEEDS = tuple(
+    np.unique(
+        np.concatenate([np.arange(1.0, 3.0, 0.1), np.arange(3.0, 10.0, 0.25), np.arange(10.0, 55.1, 0.5)]).round(9)
+    ).tolist()
 )
+"""Every speed, m/s, at which a result keeps its damping: the integers of [Jiang2012] and between."""
 
 
 @dataclass(frozen=True)
@@ -55,30 +42,41 @@ class Damping:
     ----------
     vehicle : PlanView
     scale : Scale
-    primary : bool
-        Whether Kpy and Cpy are unknowns too.
+    free : tuple of str
+        Which of Ksy, Kpy and Cpy are unknowns too.
     speeds : tuple of float
         m/s.
     """
 
     vehicle: PlanView
     scale: Scale
-    primary: bool = False
+    free: tuple[str, ...] = ()
     speeds: tuple[float, ...] = SEARCH_SPEEDS
 
     @cached_property
     def plants(self) -> tuple[Plant, ...]:
         """The vehicle at each speed, ports open."""
-        return tuple(self.vehicle.at(v).random_track(primary_open=self.primary) for v in self.speeds)
+        return tuple(self.vehicle.at(v).random_track(primary_open=self._opened) for v in self.speeds)
 
-    def least(self, device: PortHamiltonian, values: Mapping[str, float]) -> float:
-        """The least damping ratio over all speeds and modes."""
-        return float(self._modes(device, values)[0].min())
+    @cached_property
+    def _open(self) -> Real:
+        """A of the open vehicle at every speed."""
+        return np.array([plant.A for plant in self.plants])
+
+    @property
+    def _opened(self) -> bool:
+        return bool({"Kpy", "Cpy"} & set(self.free))
+
+    def least(self, device: PortHamiltonian, values: Mapping[str, float]) -> Real:
+        """The least damping ratio at each of the speeds."""
+        poles = np.linalg.eigvals(self._closed(device, values))
+        size = np.abs(poles)
+        return np.asarray((-poles.real / np.where(size > 0, size, 1.0)).min(axis=1))
 
     def ratios_and_slopes(
         self, chart: Chart, theta: Real, values: Mapping[str, float]
     ) -> tuple[Real, Real, Mapping[str, Real]]:
-        """ζ (M,) of the watched modes of all speeds, ∂ζ/∂θ (size, M), and ∂ζ/∂ of Kpy and Cpy (M,)."""
+        """ζ (M,) of the watched modes of all speeds, ∂ζ/∂θ (size, M), and ∂ζ/∂ of each free vehicle parameter (M,)."""
         device = chart.device(theta)
         ratio, pole, u, x, plants = self._modes(device, values)
         n0, n, omega = len(self.plants[0].A), chart.order, self.scale.omega
@@ -90,16 +88,16 @@ class Damping:
         eta = np.vstack([-omega * u[:, inside].T, self.scale.damper * t[None, :, 0]])
         slope = chart.slopes(theta, device.L, pole / omega, xi, eta)
         by_theta = _ratio_slope(pole, slope)
-        if not self.primary:
-            return ratio, by_theta, {}
-        answer = (t[:, 1:] * v[:, 1:]).sum(axis=1)
-        return ratio, by_theta, {"Kpy": _ratio_slope(pole, answer / pole), "Cpy": _ratio_slope(pole, answer)}
+        moves = {"Ksy": t[:, 0] * v[:, 0] / pole}
+        if self._opened:
+            answer = (t[:, 1:] * v[:, 1:]).sum(axis=1)
+            moves |= {"Kpy": answer / pole, "Cpy": answer}
+        return ratio, by_theta, {name: _ratio_slope(pole, moves[name]) for name in self.free}
 
     def _modes(
         self, device: PortHamiltonian, values: Mapping[str, float]
     ) -> tuple[Real, Complex, Complex, Complex, list[Plant]]:
-        inside = {"secondary": self._secondary(device), "primary": _static(values)}
-        A = np.array([close(plant, inside, shaped=False).A for plant in self.plants])
+        A = self._closed(device, values)
         poles, right = np.linalg.eig(A)
         left = np.linalg.inv(right)  # rows: uᴴ with uᴴx = 1
         size = np.abs(poles)
@@ -115,15 +113,36 @@ class Damping:
             watched,
         )
 
-    def _secondary(self, device: PortHamiltonian) -> StateSpace:
-        """The device in SI units, with the vehicle's static spring beside it."""
+    def _closed(self, device: PortHamiltonian, values: Mapping[str, float]) -> Real:
+        """A of the closed vehicle at every speed: :func:`posreal.vehicle.close` for all of them at once."""
+        own = {name: float(getattr(self.vehicle, name)) for name in ("Ksy", "Kpy", "Cpy")}
+        all_values = {**own, **values}
+        form = self._secondary(device, all_values["Ksy"])
+        plant, A, n, m = self.plants[0], self._open, len(self.plants[0].A), len(form.A)
+        Bf, Cd, Cv = plant.Bf, plant.Cd, plant.Cv  # the speed is in A alone
+        k, D, b = (np.full(len(Cv), other) for other in (all_values["Kpy"], all_values["Cpy"], 0.0))
+        k[0], D[0], b[0] = form.k, form.D[0, 0], form.b
+        F: Real = np.zeros((len(A), len(Cv), n + m))
+        F[:, :, :n] = k[:, None] * Cd + D[:, None] * Cv + b[:, None] * (Cv @ A)
+        F[:, 0, n:] = form.C[0]
+        if form.b:
+            F = np.linalg.solve(np.eye(len(Cv)) - b[:, None] * (Cv @ Bf), F)
+        closed = np.zeros((len(A), n + m, n + m))
+        closed[:, :n, :n] = A
+        closed[:, :n] += Bf @ F
+        closed[:, n:, :n] = np.outer(form.B[:, 0], Cv[0])
+        closed[:, n:, n:] = form.A
+        return closed
+
+    def _secondary(self, device: PortHamiltonian, Ksy: float) -> StateSpace:
+        """The device in SI units, with the static spring beside it."""
         form, omega, c0 = device.state_space(), self.scale.omega, self.scale.damper
         return StateSpace(
             omega * form.A,
             omega * form.B,
             c0 * form.C,
             c0 * form.D,
-            c0 * omega * form.k + self.vehicle.Ksy,
+            c0 * omega * form.k + Ksy,
             c0 * form.b / omega,
         )
 
@@ -131,13 +150,6 @@ class Damping:
         b = np.zeros(len(plant.groups))
         b[0] = self.scale.damper * device.b / self.scale.omega
         return np.linalg.solve(np.eye(len(b)) - (plant.Cv @ plant.Bf).T * b, u @ plant.Bf)
-
-
-def _static(values: Mapping[str, float]) -> StateSpace:
-    """Kpy/s + Cpy."""
-    none = np.zeros((0, 0))
-    D = np.array([[values.get("Cpy", 0.0)]])
-    return StateSpace(none, np.zeros((0, 1)), np.zeros((1, 0)), D, values.get("Kpy", 0.0), 0.0)
 
 
 def _ratio_slope(pole: Complex, slope: Complex) -> Real:

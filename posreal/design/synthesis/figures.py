@@ -14,10 +14,10 @@ second, and wants to know.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -47,12 +47,8 @@ class Figure(Protocol):
     def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
 
-    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
-        """The numbers for a scaled device given by its values on the figure's own grid."""
-
-    @property
-    def s(self) -> Complex:
-        """The grid in scaled time."""
+    def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
+        """The numbers for a scaled device."""
 
 
 @dataclass(frozen=True)
@@ -107,10 +103,12 @@ class Inside:
 
     def by_parameter(self, slopes: Mapping[str, Complex]) -> dict[str, Real]:
         """Slopes in the free parameters of figures with slopes dF = Re Σ g dY, g (…, N) for each group of ports."""
-        shares = {"Ksy": ("secondary", 1 / self.s), "Kpy": ("primary", 1 / self.s), "Cpy": ("primary", 1.0 + 0 * self.s)}
-        return {
-            name: np.asarray((slopes[shares[name][0]] * shares[name][1]).real.sum(axis=-1)) for name in self.names
+        shares = {
+            "Ksy": ("secondary", 1 / self.s),
+            "Kpy": ("primary", 1 / self.s),
+            "Cpy": ("primary", 1.0 + 0 * self.s),
         }
+        return {name: np.asarray((slopes[shares[name][0]] * shares[name][1]).real.sum(axis=-1)) for name in self.names}
 
 
 class Functional(Protocol):
@@ -224,9 +222,9 @@ class PortFigure:
         """The grid in scaled time."""
         return self.inside.s / self.inside.scale.omega
 
-    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
-        """The numbers for a device given by its values on the grid."""
-        z, _ = self.port.closed(self.inside.ports(H, parameters)[0])
+    def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
+        """The numbers for a scaled device."""
+        z, _ = self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])
         return self.gain * self.functional(z)[0]
 
     def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
@@ -247,15 +245,9 @@ class Sum:
 
     parts: tuple[tuple[float, PortFigure], ...] = field(default=())
 
-    @property
-    def s(self) -> Complex:
-        """All grids, one after another."""
-        return np.concatenate([part.s for _, part in self.parts])
-
-    def values(self, H: Complex, parameters: Mapping[str, float]) -> Real:
-        """The numbers for a device given by its values on the grids."""
-        pieces = np.split(H, np.cumsum([len(part.s) for _, part in self.parts])[:-1])
-        found = [w * part.values(h, parameters) for (w, part), h in zip(self.parts, pieces, strict=True)]
+    def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
+        """The numbers for a scaled device."""
+        found = [weight * part.values(device, parameters) for weight, part in self.parts]
         return np.asarray(found[0] + sum(other[0] for other in found[1:]))
 
     def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:

@@ -7,7 +7,7 @@ keeps it proper where the best admittance grows like an inerter's.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -15,6 +15,7 @@ from scipy.optimize import minimize_scalar
 from posreal.admittance import Rational
 from posreal.design.objective import mean_square
 from posreal.design.problem import Problem
+from posreal.vehicle import UserPlant
 
 
 @dataclass(frozen=True)
@@ -37,15 +38,38 @@ class Scale:
 
 
 def reference(problem: Problem) -> Scale:
-    """ω0 from the body on its static spring, c0 the best plain damper, both to a factor of √2."""
-    J = mean_square(problem)
+    """ω0 from the body on its static spring, c0 the best plain damper, both to a factor of √2.
+
+    On a plant of the user's own ω0 is where the response with that damper is: the mean of log ω under |z|².
+    """
+    J = mean_square(_ride(problem))
 
     def ride(log_c: float) -> float:
         return J.of_device(np.full(len(J.s), math.exp(log_c), dtype=complex), problem.mounting)[0]
 
+    impedance = problem.mounting.behind is not None
+    if isinstance(problem.vehicle, UserPlant):
+        port = np.einsum("kpp->kp", J.port.Pvf)
+        middle = -float(np.log(np.abs(port)).mean())
+        best = min(np.linspace(middle - 9, middle + 9, 37), key=ride)
+        best = minimize_scalar(ride, bounds=(best - 0.6, best + 0.6), method="bounded").x
+        inside = problem.mounting.response(np.full(len(J.s), math.exp(best), dtype=complex), J.s)[0]
+        z, _ = J.port.closed({"secondary": inside})
+        weight = J.rule.weight * np.abs(z) ** 2
+        omega = math.exp(float(weight @ np.log(J.rule.omega)) / float(weight.sum()))
+        return Scale(_power_of_two(omega), _power_of_two(math.exp(best)), impedance)
     k, m = _static(problem)
     best = minimize_scalar(ride, bounds=(math.log(math.sqrt(k * m)) - 5, math.log(math.sqrt(k * m)) + 3))
-    return Scale(_power_of_two(math.sqrt(k / m)), _power_of_two(math.exp(best.x)), problem.mounting.behind is not None)
+    return Scale(_power_of_two(math.sqrt(k / m)), _power_of_two(math.exp(best.x)), impedance)
+
+
+def _ride(problem: Problem) -> Problem:
+    """The problem with a mean-square objective at its nominal vehicle: its own, or the first that it is made of."""
+    name = problem.goal.parts[0][0] if problem.goal is not None else problem.base_objective
+    if name.startswith("gain_"):
+        output = name.removeprefix("gain_")
+        name = f"rms_{output}" if isinstance(problem.vehicle, UserPlant) else "J1"
+    return replace(problem, objective=name, goal=None, points=())
 
 
 def _static(problem: Problem) -> tuple[float, float]:

@@ -1,0 +1,68 @@
+"""The bound on J1 of the quarter-car: along the central path, and by the semidefinite program written down in cvxpy.
+
+    minimise ‖τ + O x‖²   subject to   [[4I + 2 X W + 2 (X W)ᵀ, X R], [Rᵀ Xᵀ, I]] ⪰ 0,   R Rᵀ = I − W Wᵀ
+
+cvxpy's value is a solver's word; the certificate's is proven, and the time of its proof is shown too.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import cvxpy as cp
+import numpy as np
+
+from posreal.design import problem
+from posreal.design.bound.objectives import Squares
+from posreal.design.bound.plain import solve
+from posreal.design.bound.ports import enclosed, figure
+from posreal.design.bound.sampled import Sampled
+from posreal.design.bound.search import PLAIN, certify, cycled
+
+SIZES = (10, 20, 40, 60)
+LARGEST_NAIVE = 20  # beyond, the program with a block of 2 (L + 1) takes minutes
+
+
+def naive(data: Sampled) -> float:
+    """The program as one would write it down."""
+    W, F, m = data.W[0], data.F, len(data.F)
+    values, vectors = np.linalg.eigh(np.eye(m) - W @ W.T)
+    R = vectors * np.sqrt(np.clip(values, 0.0, None))
+    x = cp.Variable(m)
+    X = sum(x[k] * F[k] for k in range(m))
+    block = cp.bmat([[4 * np.eye(m) + 2 * X @ W + 2 * (X @ W).T, X @ R], [(X @ R).T, np.eye(m)]])
+    residual = data.tau.ravel() + data.O[0].reshape(-1, m) @ x
+    posed = cp.Problem(cp.Minimize(cp.sum_squares(residual)), [block >> 0])
+    return float(np.sqrt(posed.solve(solver=cp.CLARABEL)))
+
+
+def timed(work: Callable[[], float]) -> tuple[float, float]:
+    """Value and seconds of one run."""
+    begun = time.perf_counter()
+    value = work()
+    return value, time.perf_counter() - begun
+
+
+def main() -> None:
+    """Both ways must agree to 1e-4 where both run."""
+    about = figure(problem("quarter-car"))
+    print(f"{'L':>4} {'bound':>12} {'path, s':>9} {'proof, s':>9} {'cvxpy, s':>9} {'ratio':>7}")
+    for L in SIZES:
+        points = cycled([20.0], L + 1)
+        certificate, _ = certify(about, PLAIN, points)
+        data = Sampled.of(enclosed(about, points, certificate.damper))
+
+        def path(data: Sampled = data) -> float:
+            goal = Squares(data)
+            return goal.reached(solve(data, goal).x)
+
+        value, seconds = timed(path)
+        proof, checking = timed(lambda: certificate.lower_bound(about))  # noqa: B023
+        assert value * (1 - 1e-5) < proof <= value
+        row = f"{L:>4} {proof:>12.8f} {seconds:>9.3f} {checking:>9.3f}"
+        if L <= LARGEST_NAIVE:
+            other, slow = timed(lambda: naive(data))  # noqa: B023
+            assert abs(other - value) < 1e-4 * value
+            row += f" {slow:>9.2f} {slow / seconds:>6.0f}×"
+        print(row)

@@ -1,0 +1,64 @@
+"""Several figures as one: a weighted sum Σ wᵢ Jᵢ, or the worst of them, max wᵢ Jᵢ."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from posreal.errors import BadInput
+from posreal.vehicle import Metric
+
+_TERM = re.compile(r"(?:([0-9.eE+-]*[0-9.])\s*\*?\s*)?([A-Za-z]\w*)")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A figure made of others.
+
+    Attributes
+    ----------
+    kind : "sum" or "worst"
+    parts : tuple of (metric name, weight)
+    """
+
+    kind: str
+    parts: tuple[tuple[str, float], ...]
+
+    @property
+    def name(self) -> str:
+        """What the figure is called among the metrics, such as ``J1 + 0.001*J3`` or ``worst of J1z_L, J1z_T``."""
+        terms = [name if weight == 1 else f"{weight:g}*{name}" for name, weight in self.parts]
+        return " + ".join(terms) if self.kind == "sum" else "worst of " + ", ".join(terms)
+
+    def of(self, metrics: Mapping[str, Metric]) -> Metric:
+        """The figure from the metrics that it is made of."""
+        values = [weight * metrics[name].value for name, weight in self.parts]
+        units = {metrics[name].unit for name, _ in self.parts}
+        unit = units.pop() if len(units) == 1 else "1"
+        if self.kind == "sum":
+            return Metric(sum(values), unit)
+        worst = max(range(len(values)), key=values.__getitem__)
+        return Metric(values[worst], unit, f"by {self.parts[worst][0]}")
+
+
+def weighted_sum(text: str) -> Goal:
+    """``J1 + 0.001*J3`` as a goal.
+
+    Raises
+    ------
+    BadInput
+        If the text is not a sum of metrics with weights above 0.
+    """
+    parts = []
+    for term in re.split(r"\s\+\s|\+(?=\s*[A-Za-z])", text):
+        match = _TERM.fullmatch(term.strip())
+        try:
+            weight = 1.0 if match is None or match[1] is None else float(match[1])
+        except ValueError:
+            match, weight = None, 1.0
+        if match is None or not (weight > 0 and math.isfinite(weight)):
+            raise BadInput(f"{text!r} is not a sum of metrics with weights above 0, such as J1 + 0.001*J3")
+        parts.append((match[2], weight))
+    return Goal("sum", tuple(parts))

@@ -1,0 +1,214 @@
+"""What every candidate of a search is measured by: the objective, what must be kept, and the local optimum near it.
+
+One object that can be sent to another process, so that many local searches run side by side.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from posreal.admittance import PortHamiltonian, state_space
+from posreal.design.problem import Problem
+from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.constrained import AtMost, Damped, Requirement, finish_constrained
+from posreal.design.synthesis.criterion import Candidate, Criterion
+from posreal.design.synthesis.damping import ALL_SPEEDS, SEARCH_SPEEDS, Damping
+from posreal.design.synthesis.figures import Figure
+from posreal.design.synthesis.finish import finish
+from posreal.design.synthesis.measured import figure_of, objective_figures
+from posreal.design.synthesis.scale import Scale
+from posreal.vehicle import PlanView, UserPlant, close
+
+Real = np.ndarray
+Complex = np.ndarray
+
+ROUNDING = 1e-9  # relative miss of a limit that is none
+ROUNDS = 4  # local searches in a row, each with the speeds added at which the one before lost its damping
+ADDED = 3  # speeds a round
+NEAR = 1e-3  # of damping ratio: a candidate that misses by more is not worth another round
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The objective and the constraints of a problem for scaled devices.
+
+    Attributes
+    ----------
+    problem : Problem
+    scale : Scale
+    shrunk : mapping of metric to float
+        Factors on the limits, where a metric's own quadrature and the search's differ.
+    """
+
+    problem: Problem
+    scale: Scale
+    shrunk: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def smooth(self) -> Criterion | None:
+        """The objective where it is one mean-square figure of one vehicle."""
+        problem = self.problem
+        made = problem.goal is not None or problem.points
+        if made or problem.objective == "max_yv" or problem.objective.startswith("gain_"):
+            return None
+        return Criterion(problem, self.scale)
+
+    @cached_property
+    def objective(self) -> tuple[Figure, ...]:
+        """The objective is the largest of all numbers of these."""
+        return objective_figures(self.problem, self.scale)
+
+    @cached_property
+    def nominal(self) -> dict[str, float]:
+        """The free vehicle parameters at the vehicle's own values."""
+        return {name: float(getattr(self.problem.vehicle, name)) for name in self.problem.free}
+
+    @cached_property
+    def limits(self) -> tuple[AtMost, ...]:
+        """Figures with upper limits."""
+        return tuple(
+            AtMost(c.metric, figure_of(self.problem, c.metric, self.scale), c.value * self.shrunk.get(c.metric, 1.0))
+            for c in self.problem.constraints
+            if c.sense == "<="
+        )
+
+    @cached_property
+    def least_damping(self) -> float | None:
+        """Least damping ratio of the vehicle, where the problem has one."""
+        limits = {c.metric: c.value for c in self.problem.constraints}
+        return limits["Ldmp"] / 100 if "Ldmp" in limits else None
+
+    def damping(self, speeds: Sequence[float]) -> Damping:
+        """Damping at some speeds."""
+        assert isinstance(self.problem.vehicle, PlanView)
+        return Damping(self.problem.vehicle, self.scale, tuple(self.problem.free), tuple(speeds))
+
+    @cached_property
+    def _everywhere(self) -> Damping:
+        return self.damping(ALL_SPEEDS)
+
+    @cached_property
+    def _watched(self) -> Damping:
+        return self.damping(SEARCH_SPEEDS)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether local searches need more than an unconstrained quasi-Newton method."""
+        return bool(self.problem.constraints or self.problem.free) or self.smooth is None
+
+    # --- measuring -----------------------------------------------------------------------------------------------
+
+    def value(self, candidate: Candidate) -> float:
+        """The objective, whatever the constraints."""
+        return self.value_of(candidate.device, candidate.parameters)
+
+    def value_of(self, H: Callable[[Complex], Any], parameters: Mapping[str, float]) -> float:
+        """The objective of any scaled device."""
+        if self.smooth is not None:
+            return self.smooth.value_and_slope(np.asarray(H(self.smooth.s)), parameters)[0]
+        return max(float(figure.values(H, parameters).max()) for figure in self.objective)
+
+    def feasible(self, candidate: Candidate) -> bool:
+        """Whether everything is kept: limits, damping at every speed, the ranges of free parameters, stability."""
+        for name, allowed in self.problem.free.items():
+            if not allowed.lower * (1 - ROUNDING) <= candidate.parameters[name] <= allowed.upper * (1 + ROUNDING):
+                return False
+        for limit in self.limits:
+            if not limit.figure.values(candidate.device, candidate.parameters).max() <= limit.limit * (1 + ROUNDING):
+                return False
+        if self.least_damping is not None:
+            least = self._watched.least(candidate.device, candidate.parameters).min()
+            return bool(least >= self.least_damping * (1 - ROUNDING)) and not self._missed(candidate)[0]
+        return self._stable(candidate)
+
+    def spare(self, candidate: Candidate) -> float:
+        """By how much the least damping ratio at the watched speeds is above its limit."""
+        assert self.least_damping is not None
+        return float(self._watched.least(candidate.device, candidate.parameters).min()) - self.least_damping
+
+    def measure(self, candidate: Candidate) -> float:
+        """The objective; inf where something is not kept."""
+        try:
+            value = self.value(candidate)
+            return value if math.isfinite(value) and self.feasible(candidate) else math.inf
+        except np.linalg.LinAlgError:
+            return math.inf
+
+    def _missed(self, candidate: Candidate) -> tuple[list[float], float]:
+        """Speeds with too little damping, the worst first, and by how much of damping ratio it misses there."""
+        assert self.least_damping is not None
+        least = self._everywhere.least(candidate.device, candidate.parameters)
+        order = np.argsort(least)
+        missed = [ALL_SPEEDS[i] for i in order if least[i] < self.least_damping * (1 - ROUNDING)]
+        return missed, self.least_damping - float(least.min())
+
+    def _stable(self, candidate: Candidate) -> bool:
+        """Passive vehicles are stable with passive devices; a plant of the user's own may be anything."""
+        if not isinstance(self.problem.vehicle, UserPlant) or self._passive:
+            return True
+        port = self.problem.mounting.port(self.scale.admittance(candidate.device.rational()))
+        poles = close(self.problem.vehicle.plant, {"secondary": state_space(port)}).poles()
+        return bool(poles.real.max() < 0)
+
+    @cached_property
+    def _passive(self) -> bool:
+        assert isinstance(self.problem.vehicle, UserPlant)
+        plant = self.problem.vehicle.plant
+        if np.linalg.eigvals(plant.A).real.max() > 1e-9:
+            return False
+        P = figure_of(self.problem, f"rms_{plant.outputs[0]}", self.scale).port.Pvf  # type: ignore[attr-defined]
+        return bool(np.linalg.eigvalsh(P + P.conj().transpose(0, 2, 1)).min() >= -1e-9 * np.abs(P).max())
+
+    # --- improving -----------------------------------------------------------------------------------------------
+
+    def improved(self, chart: Chart, start: Candidate, iterations: int, tolerance: float) -> tuple[float, Candidate]:
+        """The local optimum near a start, and its measure."""
+        # What a wild iterate does to floats is no news: whatever comes out is measured before it is taken.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if self.smooth is not None and not self.constrained:
+                candidate = finish(self.smooth, chart, start, iterations=iterations, tolerance=tolerance)
+                return self.measure(candidate), candidate
+            return self._improved_inside(chart, start, iterations, tolerance)
+
+    def _improved_inside(
+        self, chart: Chart, start: Candidate, iterations: int, tolerance: float
+    ) -> tuple[float, Candidate]:
+        speeds = list(SEARCH_SPEEDS)
+        best = (self.measure(start), start)
+        for _ in range(ROUNDS):
+            requirements: list[Requirement] = [*self.limits]
+            if self.least_damping is not None:
+                requirements.append(Damped(self.damping(speeds), self.least_damping))
+            found = finish_constrained(
+                self.objective,
+                requirements,
+                self.problem.free,
+                chart,
+                start,
+                iterations=iterations,
+                tolerance=tolerance / 10,
+            )
+            measured = [(self.measure(candidate), candidate) for candidate in found]
+            best = min([best, *measured], key=lambda entry: entry[0])
+            if not found or self.least_damping is None or math.isfinite(measured[0][0]):
+                break
+            missed, short = self._missed(found[0])
+            missed = [speed for speed in missed if speed not in speeds]
+            if not missed or short > NEAR:
+                break
+            speeds += missed[:ADDED]
+            start = found[0]
+        return best
+
+
+def damper(value: float) -> PortHamiltonian:
+    """H = value."""
+    return PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.array([[math.sqrt(value)]]))

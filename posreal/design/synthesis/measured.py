@@ -1,0 +1,147 @@
+"""Which figure a metric's name stands for, as the searches compute it: see :mod:`.figures` for the kinds.
+
+Searches use smooth quadratures; a design is always measured again by the problem's own metrics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from posreal.design.objective import mean_square
+from posreal.design.problem import Problem
+from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.figures import (
+    Figure,
+    Inside,
+    LargestGain,
+    PortFigure,
+    RootMeanSquare,
+    Slopes,
+    Sum,
+    laplace_line,
+)
+from posreal.design.synthesis.scale import Scale
+from posreal.errors import BadInput
+from posreal.vehicle import PlanView, SideView, UserPlant, frequency, gain
+from posreal.vehicle.metrics import CURVE, SLOPE
+
+Real = np.ndarray
+
+SECONDS = 8.0  # of a curve or slope in which a peak counts
+
+
+@dataclass(frozen=True)
+class AtTheEnds:
+    """A limit of the port's admittance: s·Y at 0 (static stiffness) or Y/s at infinity (inertance).
+
+    A device in a chart has such a pole only as the spring or the inerter that stands beside its states.
+    """
+
+    scale: Scale
+    beside: float
+    inertance: bool
+    ksy: float | None = None  # the vehicle's own, where Ksy is free
+
+    def _own(self, device: Any, parameters: Mapping[str, float]) -> float:
+        if self.scale.impedance:
+            return 0.0
+        c0, omega = self.scale.damper, self.scale.omega
+        if self.inertance:
+            return c0 / omega * device.b
+        return c0 * omega * device.k + (0.0 if self.ksy is None else parameters["Ksy"] - self.ksy)
+
+    def values(self, device: Any, parameters: Mapping[str, float]) -> Real:
+        """The number for a device."""
+        return np.array([self.beside + self._own(device, parameters)])
+
+    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The number and its slopes at a point of a chart."""
+        by_theta = np.zeros((chart.size, 1))
+        c0, omega = self.scale.damper, self.scale.omega
+        if not self.scale.impedance:
+            if self.inertance and chart.inerter:
+                by_theta[-1] = 2 * theta[-1] * c0 / omega
+            elif not self.inertance and chart.spring:
+                by_theta[-1 - chart.inerter] = 2 * theta[-1 - chart.inerter] * c0 * omega
+        ksy = 1.0 if self.ksy is not None and not self.inertance else 0.0
+        by = {name: np.array([ksy if name == "Ksy" else 0.0]) for name in parameters}
+        return Slopes(self.values(chart.device(theta), parameters), by_theta, by)
+
+
+def figure_of(problem: Problem, metric: str, scale: Scale) -> Figure:
+    """The figure of a metric, in the metric's unit.
+
+    Raises
+    ------
+    BadInput
+        If the metric has no smooth figure.
+    """
+    if metric in ("static_stiffness", "inertance"):
+        return _at_the_ends(problem, metric, scale)
+    if metric.startswith("deflection_overall_"):
+        end = metric.removeprefix("deflection_overall_")
+        peak, spread = _figure(problem, f"deflection_{end}", scale), _figure(problem, f"deflection_rms_{end}", scale)
+        return Sum(((1.0, peak), (3.0, spread)))
+    return _figure(problem, metric, scale)
+
+
+def objective_figures(problem: Problem, scale: Scale) -> tuple[Figure, ...]:
+    """The figures of the objective: it is the largest of all their numbers."""
+    points = [problem] if not problem.points else [problem, *(_point(problem, values) for values in problem.points)]
+    found: list[Figure] = []
+    for point in points:
+        if point.goal is None:
+            found.append(figure_of(point, problem.base_objective, scale))
+        else:
+            parts = [(weight, _figure(point, name, scale)) for name, weight in point.goal.parts]
+            found += [Sum(tuple(parts))] if point.goal.kind == "sum" else [Sum((part,)) for part in parts]
+    return tuple(found)
+
+
+def _point(problem: Problem, values: Mapping[str, float]) -> Problem:
+    return replace(problem.at_point(values), free=problem.free)
+
+
+def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
+    vehicle = problem.vehicle
+    opened = bool({"Kpy", "Cpy"} & set(problem.free))
+    if metric.startswith("gain_"):
+        plant, output = problem.plant, metric.removeprefix("gain_")
+        omega = gain.grid(plant)
+        inside = Inside(problem, scale, 1j * omega)
+        return PortFigure(inside, plant.responses(omega, output), LargestGain(1.0))
+    if metric == "max_yv" and isinstance(vehicle, PlanView):
+        line = laplace_line(SECONDS, CURVE, 1e3)
+        port = vehicle.curve_entry(primary_open=opened).responses_at(line.s, "body_displacement")
+        return PortFigure(Inside(problem, scale, line.s), port, line)
+    if isinstance(vehicle, SideView) and metric in ("deflection_front", "deflection_rear"):
+        line = laplace_line(SECONDS, SLOPE, 1e3)
+        port = vehicle.track().responses_at(line.s, metric)
+        return PortFigure(Inside(problem, scale, line.s), port, line)
+    if isinstance(vehicle, SideView) and metric.startswith("deflection_rms_"):
+        plant = vehicle.track()
+        rule = frequency.gauss(vehicle.wheel_delays[-1])
+        port = plant.responses(rule.omega, "deflection_" + metric.removeprefix("deflection_rms_"))
+        return PortFigure(
+            Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)
+        )
+    if isinstance(vehicle, UserPlant) and not metric.startswith("rms_"):
+        raise BadInput(f"{metric} is no figure that a search can follow")
+    J = mean_square(replace(problem, objective=metric, goal=None, points=()), primary_open=opened)
+    return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.rule.weight))
+
+
+def _at_the_ends(problem: Problem, metric: str, scale: Scale) -> AtTheEnds:
+    beside = problem.mounting.beside
+    inertance = metric == "inertance"
+    own = 0.0 if beside is None else float(beside.inertance if inertance else beside.static_stiffness)
+    limit = problem.at_most.get(metric, math.inf)
+    if own > limit and "Ksy" not in problem.free:
+        raise BadInput(f"{metric} is {own:.6g} without any device, above its limit of {limit:g}")
+    ksy = float(getattr(problem.vehicle, "Ksy", 0.0)) if "Ksy" in problem.free else None
+    return AtTheEnds(scale, own, inertance, ksy)

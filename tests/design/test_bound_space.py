@@ -1,0 +1,89 @@
+"""The space on which bounds look at functions: its defining identities, in balls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from flint import arb, fmpq
+
+from posreal.admittance import Rational, state_space
+from posreal.design.bound.space import Space, floats, precision
+from posreal.errors import BadInput
+
+SPREAD = tuple(fmpq(a) for a in (3, 20, fmpq(1, 2), 3, 100, 20))
+
+
+@pytest.fixture(autouse=True)
+def _balls():
+    with precision(300):
+        yield
+
+
+def overlap(a, b):
+    return all(x.overlaps(y) for x, y in zip(a.entries(), b.entries(), strict=True))
+
+
+def test_S_plus_its_transpose_has_rank_one():
+    space = Space(SPREAD)
+    both = space.S + space.S.transpose()
+    assert all(both[j, k].overlaps(space.v[j] * space.v[k]) for j in range(6) for k in range(6))
+
+
+def test_equal_points_give_taylor_coefficients():
+    # 1/(s + 3) at s = 5 (1 + η)/(1 − η), η = (s − 5)/(s + 5): (1 − η)/(8 + 2η)
+    column = floats(Space((fmpq(5),) * 6).rational(Rational([1], [3, 1])))[:, 0]
+    series = np.zeros(6)
+    for k in range(6):
+        series[k] = ((-0.25) ** k - (0 if k == 0 else (-0.25) ** (k - 1))) / 8
+    np.testing.assert_allclose(column, series, rtol=1e-14)
+
+
+def test_functions_multiply_as_their_operators_do():
+    space = Space(SPREAD)
+    f, g = Rational([1, 2], [3, 1, 4]), Rational([5, 0, 1], [1, 1, 1])
+    product = space.operator(space.rational(f)) * space.rational(g)
+    assert overlap(product, space.rational(f.times(g)))
+    assert overlap(space.over(product, space.rational(g)), space.rational(f))
+
+
+def test_the_basis_starts_with_each_unit_vector():
+    space = Space(SPREAD)
+    first_columns = floats(space.basis).T.reshape(6, 6, 6)[:, :, 0]
+    np.testing.assert_allclose(first_columns, np.eye(6), atol=1e-30)
+
+
+def test_a_state_space_and_its_rational_function_agree():
+    f = Rational([1, 2, 7], [3, 1, 4, 1])
+    form = state_space(f)
+    column = Space(SPREAD).state_space(form.A, form.B, form.C, form.D)[0][0]
+    np.testing.assert_allclose(floats(column), floats(Space(SPREAD).rational(f)), rtol=1e-12)
+
+
+def test_a_pole_at_a_point_is_refused():
+    with pytest.raises(BadInput, match="pole"):
+        Space((fmpq(3),)).state_space(np.array([[3.0]]), np.ones((1, 1)), np.ones((1, 1)), np.zeros((1, 1)))
+    with pytest.raises(BadInput, match="open right half plane"):
+        Space((fmpq(0),))
+
+
+def test_delays_compose_and_start_at_their_value():
+    space = Space(SPREAD)
+    late = space.delay(0.25)
+    assert late[0, 0].overlaps((arb(-3) / 4).exp())
+    assert overlap(space.operator(late) * late, space.delay(0.5))
+    assert np.linalg.norm(floats(space.operator(late)), 2) <= 1  # |e^{−sτ}| ≤ 1
+
+
+def test_projection_keeps_the_norm_of_what_lies_in_the_space():
+    # ‖1/(s + 3)‖² = 1/6; the point 3 puts it into the space, without that point something is lost
+    inside, outside = Space((fmpq(20), fmpq(3))), Space((fmpq(20), fmpq(5)))
+    f = Rational([1], [3, 1])
+    found = [
+        float(sum(x * x for x in (space.operator(space.measure) * space.rational(f)).entries()))
+        for space in (inside, outside)
+    ]
+    assert found[0] == pytest.approx(1 / 6, rel=1e-14)
+    assert found[1] < 1 / 6 - 1e-4
+    assert math.isclose(float(inside.v[0]) ** 2, 40)
