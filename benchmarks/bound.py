@@ -21,7 +21,7 @@ from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.search import PLAIN, certify, cycled
 
 SIZES = (10, 20, 40, 60)
-LARGEST_NAIVE = 20  # beyond, the program with a block of 2 (L + 1) takes minutes
+LARGEST_NAIVE = 40
 
 
 def naive(data: Sampled) -> float:
@@ -45,7 +45,7 @@ def timed(work: Callable[[], float]) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Both ways must agree to 1e-4 where both run."""
+    """Both ways must agree to 1e-4 where both get through."""
     about = figure(problem("quarter-car"))
     print(f"{'L':>4} {'bound':>12} {'path, s':>9} {'proof, s':>9} {'cvxpy, s':>9} {'ratio':>7}")
     for L in SIZES:
@@ -62,7 +62,11 @@ def main() -> None:
         assert value * (1 - 1e-5) < proof <= value
         row = f"{L:>4} {proof:>12.8f} {seconds:>9.3f} {checking:>9.3f}"
         if L <= LARGEST_NAIVE:
-            other, slow = timed(lambda: naive(data))  # noqa: B023
-            assert abs(other - value) < 1e-4 * value
-            row += f" {slow:>9.2f} {slow / seconds:>6.0f}×"
+            try:
+                other, slow = timed(lambda: naive(data))  # noqa: B023
+            except cp.error.SolverError:
+                row += "     fails"
+            else:
+                assert abs(other - value) < 1e-4 * value
+                row += f" {slow:>9.2f} {slow / seconds:>6.0f}×"
         print(row)

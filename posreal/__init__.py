@@ -24,6 +24,7 @@ from posreal.design import (
     problems,
     synthesise,
 )
+from posreal.design.search import Search, search
 from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
 from posreal.network import (
     Damper,
@@ -39,6 +40,7 @@ from posreal.network.diagram import diagram
 from posreal.network.table import table
 from posreal.realise import Realisation, realise, realise_all
 from posreal.study.compare import Comparison, compare
+from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce
 from posreal.study.sweep import Sweep, sweep
 from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView
@@ -59,6 +61,7 @@ __all__ = [
     "Network",
     "NotPositiveReal",
     "Parallel",
+    "Pareto",
     "PlanView",
     "Plant",
     "PortHamiltonian",
@@ -68,6 +71,7 @@ __all__ = [
     "Rational",
     "Realisation",
     "Reproduction",
+    "Search",
     "Series",
     "SideView",
     "Spring",
@@ -83,12 +87,14 @@ __all__ = [
     "layouts",
     "nodal_admittance",
     "optimise",
+    "pareto",
     "parse",
     "problem",
     "problems",
     "realise",
     "realise_all",
     "reproduce",
+    "search",
     "state_space",
     "sweep",
     "synthesise",

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from posreal import __version__
-from posreal.cli import designs, devices, listings
+from posreal.cli import designs, devices, listings, searches
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError
 
@@ -50,6 +50,7 @@ app.command()(designs.optimise)
 app.command()(designs.synthesise)
 app.command(context_settings=DEVICE_FIRST)(devices.realise)
 app.command(context_settings=DEVICE_FIRST)(devices.check)
+app.command()(searches.search)
 app.command()(designs.compare)
 app.command()(designs.reproduce)
 

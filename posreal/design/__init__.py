@@ -5,6 +5,7 @@ from posreal.design.layout import Layout, layout, layouts
 from posreal.design.optimise import optimise
 from posreal.design.problem import Constraint, Mounting, Problem, problem, problems
 from posreal.design.result import Design, metrics_to_dict
+from posreal.design.search import Search
 from posreal.design.synthesise import synthesise
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Layout",
     "Mounting",
     "Problem",
+    "Search",
     "evaluate",
     "layout",
     "layouts",

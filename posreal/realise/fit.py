@@ -1,8 +1,6 @@
-"""Element values of a given network for a given admittance, by least squares and then to many digits.
+"""Element values of a given network for a given admittance: least Σ |Y_network(jω)/Y(jω) − 1|².
 
-Minimise Σ |Y_network(jω)/Y(jω) − 1|² over the logarithms of the values (floats, several starts). Where
-that meets the device, the float Jacobian drives a Newton iteration on the exact residuals at points of
-the positive real line, which gains some ten digits a step.
+Over the logarithms of the values, in floats, from several starts.
 """
 
 from __future__ import annotations
@@ -12,20 +10,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from flint import fmpq
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from posreal.admittance import Rational
-from posreal.admittance.exact import to_float, to_fmpq, to_fraction
 from posreal.errors import BadInput
 from posreal.network import Network
 from posreal.realise.elements import revalued
-from posreal.realise.long import shortened
-from posreal.realise.proof import corners
 
 STARTS = 4
-REACHED = 1e-9  # misfit of the float stage that makes the exact one worth trying
+STEPS = 80
+REACHED = 1e-9  # misfit with which to stop trying further starts
 LARGEST_LOG = 300.0  # values beyond e^±300 are no elements
 
 
@@ -76,6 +71,8 @@ def fitted(
     starts: int = STARTS,
     seed: int = 0,
     enough: float = REACHED,
+    steps: int = STEPS,
+    first: Network | None = None,
 ) -> tuple[Network, float]:
     """The best-fitting values found and the largest |Y_network/Y − 1| over the frequencies `omega`.
 
@@ -93,8 +90,12 @@ def fitted(
         How many starts, drawn about the device's own size from this seed.
     enough : float
         Misfit with which to stop trying further starts.
+    steps : int
+        Evaluations a start may take.
+    first : Network, optional
+        The topology with values to begin the first start from.
     """
-    s, wanted = 1j * omega, y(1j * omega)
+    s, wanted, response = 1j * omega, y(1j * omega), topology.response
     rng = np.random.default_rng(seed)
     kinds = [part.letter for part in topology.elements()]
     power = np.array(["bck".index(kind) - 1 for kind in kinds])  # value ~ |Y| ω^power
@@ -106,27 +107,29 @@ def fitted(
         return np.exp(np.clip(logs, -LARGEST_LOG, LARGEST_LOG))
 
     def misfit(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-        ratio = topology.evaluate(values_of(logs), s)[0] / wanted - 1
+        ratio = response(values_of(logs), s) / wanted - 1
         return np.concatenate([ratio.real, ratio.imag])
 
     def slope(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-        change = topology.evaluate(values_of(logs), s)[1] / wanted
+        change = response.evaluate(values_of(logs), s)[1] / wanted
         return np.concatenate([change.real, change.imag], axis=1).T
 
     bounded = bool(np.any(np.isfinite([low, high])))
     best, least = centre, np.inf
-    for _ in range(starts):
-        guess = np.clip(centre + rng.normal(0, width, len(kinds)), low + 1e-9, high - 1e-9)
+    guesses = [centre + rng.normal(0, width, len(kinds)) for _ in range(starts)]
+    if first is not None:
+        guesses.insert(0, np.log([float(part.exact) for part in first.elements()]))
+    for guess in guesses:
         found = least_squares(
             misfit,
-            guess,
+            np.clip(guess, low + 1e-9, high - 1e-9),
             slope,
             bounds=(low, high),
             method="trf" if bounded else "lm",
             xtol=1e-14,
             ftol=1e-14,
             gtol=1e-14,
-            max_nfev=80,
+            max_nfev=steps,
         )
         worst = float(np.max(np.abs(found.fun))) if np.all(np.isfinite(found.fun)) else np.inf
         if worst < least and np.all(np.abs(found.x) < LARGEST_LOG):
@@ -136,32 +139,3 @@ def fitted(
     values = iter(values_of(best))
     network = revalued(topology, lambda _: Fraction(float(next(values))))
     return network, float(np.max(np.abs(network(s) / wanted - 1)))
-
-
-def sharpened(network: Network, y: Rational, bits: int = 400, steps: int = 60) -> Network | None:
-    """Values to many digits from values to a few, or None if the network does not have this admittance."""
-    low, high = corners(y)
-    count = len(network) + 3
-    points = [to_fmpq(low * 30 * (high / low / 900) ** (i / (count - 1))) for i in range(count)]
-    wanted = [y.n(s) / y.d(s) for s in points]
-    at = np.array([to_float(s) for s in points])
-    slope = (network.sensitivities(at) / network(at)).real.T
-    inverse = np.linalg.pinv(slope, rcond=1e-10)
-    last = np.inf
-    for _ in range(steps):
-        found = network.admittance()
-        residual = np.array([to_float(found.n(s) / found.d(s) / w - 1) for s, w in zip(points, wanted, strict=True)])
-        size = float(np.max(np.abs(residual)))
-        if size < 1e-60:
-            return network
-        if size > last / 2 and last < 1e-3:
-            return None
-        last = size
-        step = iter(inverse @ residual)
-        network = revalued(network, lambda part, step=step: _moved(part.exact, float(next(step)), bits))  # type: ignore[misc]
-    return None
-
-
-def _moved(value: Fraction, step: float, bits: int) -> Fraction:
-    exact = fmpq(value.numerator, value.denominator)
-    return to_fraction(shortened(exact * (1 - to_fmpq(max(min(step, 0.5), -0.5))), bits))

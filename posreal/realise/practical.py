@@ -28,7 +28,10 @@ from posreal.realise.proof import corners
 LARGEST = 5  # elements
 POINTS = 40  # frequencies over the band, for fitting
 DENSE = 400  # for measuring the misfit of what was fitted
-SCREEN = 2  # starts in the first round; the best few are tried again
+SCREEN = 2  # starts in the first round, each of so many
+SCREEN_STEPS = 12  # evaluations, at
+SCREEN_POINTS = 10  # frequencies; then
+KEPT = 12  # of each size are fitted properly
 
 
 def close_network(
@@ -66,23 +69,26 @@ def close_network(
         raise BadInput(f"A tolerance of {tolerance:g} makes no sense; give a part of |Y| between 0 and 1.")
     if not 0 < low < high < np.inf:
         raise BadInput(f"The band {low:g} to {high:g} rad/s makes no sense; give 0 < low < high.")
-    omega, dense = np.geomspace(low, high, POINTS), np.geomspace(low, high, DENSE)
+    few, omega, dense = (np.geomspace(low, high, count) for count in (SCREEN_POINTS, POINTS, DENSE))
     best = np.inf
     for size in range(1, largest + 1):
         screened: list[tuple[float, int, Network]] = []
         for topology in _topologies(size):
-            network, misfit = fitted(topology, y, omega, limits=limits, starts=SCREEN, seed=seed, enough=tolerance)
+            network, misfit = fitted(
+                topology, y, few, limits=limits, starts=SCREEN, seed=seed, enough=tolerance / 2, steps=SCREEN_STEPS
+            )
             screened.append((misfit, len(screened), network))
-        for misfit, _, network in sorted(screened)[:5]:
-            again = fitted(network, y, omega, limits=limits, starts=6, seed=seed + 1)
-            misfit, network = min((misfit, network), again[::-1], key=lambda pair: pair[0])
-            misfit = _misfit(network, y, dense)
-            best = min(best, misfit)
-            if misfit <= tolerance:
-                return _shortened(network, y, dense, misfit, tolerance, limits)
+        refined = []
+        for _, order, network in sorted(screened)[:KEPT]:
+            network, _ = fitted(network, y, omega, limits=limits, seed=seed + 1, first=network)
+            refined.append((_misfit(network, y, dense), order, network))
+        misfit, _, network = min(refined)
+        best = min(best, misfit)
+        if misfit <= tolerance:
+            return _shortened(network, y, dense, misfit, tolerance, limits)
     raise Infeasible(
-        f"No network of up to {largest} elements is within {tolerance:g} of the device; the best found is "
-        f"off by {best:.2g}, so allow more elements or a larger tolerance."
+        f"no network of {largest} elements or fewer was found within {tolerance:g} of it over {low:.4g} to "
+        f"{high:.4g} rad/s" + (f" (the best is off by {best:.2g})" if best < np.inf else "")
     )
 
 

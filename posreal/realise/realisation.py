@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from flint import fmpq
@@ -179,8 +179,16 @@ def realise(
     """
     if method == "auto":
         found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS])
-        fit = _close(device, tolerance, band, limits, min(largest, len(found[0].network) - 1), seed)
-        return _within([*fit, *found], limits)
+        if tolerance is None:
+            return _within(found, limits)
+        try:
+            close = _close(device, tolerance, band, limits, min(largest, len(found[0].network) - 1), seed)
+        except Infeasible as failure:
+            exactly = _within(found, limits)
+            return replace(
+                exactly, notes=(*exactly.notes, f"this is the device itself, not an approximation: {failure}")
+            )
+        return _within([close, *found], limits)
     if tolerance is not None:
         raise BadInput(f"A tolerance needs method auto; {method} gives the device exactly.")
     if method not in METHODS:
@@ -208,23 +216,18 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
 
 def _close(
     device: Device,
-    tolerance: float | None,
+    tolerance: float,
     band: tuple[float, float] | None,
     limits: Limits | None,
     largest: int,
     seed: int,
-) -> list[Realisation]:
-    """A smaller network within the tolerance, if one is asked for and found."""
-    if tolerance is None:
-        return []
+) -> Realisation:
+    """A network smaller than the device's own and within the tolerance; Infeasible if none is found."""
     y = as_rational(device)
-    try:
-        network, misfit = close_network(y, tolerance, band, limits, largest, seed)
-    except Infeasible:
-        return []
+    network, misfit = close_network(y, tolerance, band, limits, largest, seed)
     target = network.admittance()
     note = f"differs from the device by up to {misfit:.2g} of its admittance over the band"
-    return [Realisation(network, "fit", y, target, require_proof(network, target), 0.0, (note,), misfit)]
+    return Realisation(network, "fit", y, target, require_proof(network, target), 0.0, (note,), misfit)
 
 
 def _within(found: list[Realisation], limits: Limits | None) -> Realisation:

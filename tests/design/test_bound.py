@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from posreal.admittance import Rational, parse_rational, random_port_hamiltonian
 from posreal.design import evaluate
-from posreal.design.bound import BelowBound, Figure, bound, figure
+from posreal.design.bound import BelowBound, Figure, bound, figure, reached
 from posreal.design.bound.ports import enclosed
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.search import cycled
@@ -200,7 +200,7 @@ def test_the_lifted_form_agrees_with_the_plain_one_where_both_apply():
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("lateral-gauging", "Ksy free"), ("lateral-comfort-primary", "Kpy and Cpy free")],
+    [("lateral-gauging", "max_yv is known: it is a peak in time"), ("lateral-comfort-primary", "Kpy and Cpy free")],
 )
 def test_problems_without_a_bound_are_refused(name, words):
     with pytest.raises(BadInput, match=words):
@@ -282,3 +282,27 @@ def test_sums_and_peaks_need_one_passive_port():
 def test_the_worst_of_several_points_is_refused_with_advice():
     with pytest.raises(BadInput, match="bound one of its parts"):
         bound(problem("vertical-comfort", position="worst"))
+
+
+def test_orders_are_measured_against_the_bound(monkeypatch):
+    known = {1: "c=3224.2 + b=333.3", 2: "(c=3224.2 + b=333.3) | b=20"}
+
+    def looked_up(posed, order, *, warm, **options):
+        assert len(warm) == order - 1
+        return evaluate(posed, known[order])
+
+    monkeypatch.setattr("posreal.design.bound.reach.synthesise", looked_up)
+    found = bound(QUARTER_CAR, L=20, omega0=20)
+    low, high = reached(found, (1, 2))
+    assert (low.order, high.order) == (1, 2)
+    assert low.value == pytest.approx(1.585094, rel=1e-5)
+    assert low.gap_percent == pytest.approx(100 * (1 - found.value / low.value))
+    with pytest.raises(BadInput, match="no problem"):
+        reached(bound(figure(QUARTER_CAR), L=2, omega0=20))
+
+
+@pytest.mark.long
+def test_what_low_orders_reach():
+    first, second = reached(bound(QUARTER_CAR, L=40, omega0=20), (1, 2), starts=6)
+    assert first.value == pytest.approx(1.585094, rel=1e-4)
+    assert second.value < 1.55

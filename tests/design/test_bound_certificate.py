@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from flint import fmpq
 
+from posreal.admittance import Rational
 from posreal.design import evaluate
 from posreal.design.bound import Bound, Figure, NotProven, bound, figure
 from posreal.design.bound import certificate as formula
@@ -18,8 +19,9 @@ from posreal.design.bound.ports import enclosed
 from posreal.design.bound.record import from_dict
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import precision
-from posreal.design.problem import problem
+from posreal.design.problem import Problem, problem
 from posreal.errors import BadInput, PosrealError
+from posreal.vehicle.user_plant import UserPlant
 
 QUARTER_CAR = problem("quarter-car")
 SIDE = problem("vertical-comfort")
@@ -188,10 +190,32 @@ def test_a_plant_of_ones_own(tmp_path):
     found.save(tmp_path / "own.json")
     again = Bound.load(tmp_path / "own.json")
     assert again.check() >= again.value == found.value
-    document = found.to_dict()
-    document["about"]["plant"]["A"][3] = [0.0]
-    with pytest.raises(BadInput):
-        from_dict(document)
+    for edit in (
+        lambda plant: plant["A"].__setitem__(3, [0.0]),
+        lambda plant: plant["Bf"].pop(),
+        lambda plant: plant["Bw"][0].append(1.0),
+        lambda plant: plant.update(density=-1.0),
+        lambda plant: plant.update(delays=[0.0, -0.1]),
+        lambda plant: plant.update(outputs="z"),
+        lambda plant: plant.update(A=[]),
+    ):
+        document = json.loads(json.dumps(found.to_dict()))
+        edit(document["about"]["plant"])
+        with pytest.raises(BadInput):
+            from_dict(document)
+    document = json.loads(json.dumps(found.to_dict()))
+    document["about"]["plant"]["A"][8][1] *= 1.1
+    with pytest.raises(PosrealError):
+        from_dict(document).check()
+
+
+def test_a_problem_about_ones_own_plant(tmp_path):
+    own = UserPlant(QUARTER_CAR.vehicle.road(), beside=Rational.spring(60000))
+    posed = Problem("mine", "ride", own, "rms_acceleration")
+    found = bound(posed, L=8, omega0=20, best=evaluate(posed, "c=2600"))
+    assert found.value == pytest.approx(bound(QUARTER_CAR, L=8, omega0=20).value, rel=1e-7)
+    found.save(tmp_path / "mine.json")
+    assert Bound.load(tmp_path / "mine.json").check() >= found.value
 
 
 @pytest.mark.parametrize(

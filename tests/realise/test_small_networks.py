@@ -131,6 +131,8 @@ def test_a_hopeless_tolerance_gives_the_device_itself():
     y = parse("(k=2 | (c=2 + b=3)) + k=5").admittance()
     result = realise(y, tolerance=1e-6, largest=2)
     assert (result.misfit, result.target) == (0, y)
+    assert "the device itself" in result.notes[-1]
+    assert "2 elements or fewer" in result.notes[-1]
     with pytest.raises(BadInput, match="tolerance of 2"):
         realise(y, tolerance=2.0)
     with pytest.raises(BadInput, match="band"):

@@ -152,13 +152,15 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
     BadInput
         If no bound is known: a time-domain peak, vehicle parameters left free.
     """
+    known = _outputs(problem)
+    plant, mounting, base = problem.plant, problem.mounting, problem.base_objective
+    if weights is None and problem.goal is None and not base.startswith("gain_"):
+        _known(base, known)
     if problem.free:
         raise BadInput(
             f"{problem.name} leaves {listed(problem.free).replace(' or ', ' and ')} free, and a bound is known for "
             "a given vehicle only; bound the problem without free parameters for a vehicle with chosen ones"
         )
-    known = _outputs(problem)
-    plant, mounting, base = problem.plant, problem.mounting, problem.base_objective
     if weights is not None:
         squares = {_known(name, known)[0]: known[name][2] * to_fmpq(value) for name, value in weights.items()}
         name = "sqrt(" + " + ".join(f"{value:g}*{name}^2" for name, value in weights.items()) + ")"

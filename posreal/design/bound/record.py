@@ -29,7 +29,8 @@ from posreal.vehicle.user_plant import UserPlant
 
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
-_LARGEST_FACTOR = 400  # rows: what a check takes a minute for
+_LARGEST_FACTOR = 300  # rows: what a check takes a minute for
+_LARGEST_PLANT = 60  # states
 _PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
 
 
@@ -100,6 +101,8 @@ def from_dict(document: Any) -> Bound:
     BadInput
         If the document is not one, or contradicts itself.
     """
+    if isinstance(document, dict):  # what the command line says of single orders is no part of the claim
+        document = {key: value for key, value in document.items() if key != "orders"}
     top = _table(
         document,
         "the certificate",
@@ -206,24 +209,34 @@ def _plant_in(data: Any) -> Figure:
     mounting = Mounting(**{name: None if part is None else Rational.from_dict(part) for name, part in around.items()})
     if not isinstance(table["weights"], dict):
         raise BadInput("weights are a table of output and number")
-    try:
-        plant = Plant(
-            **arrays,
-            outputs=tuple(map(str, parts["outputs"])),
-            groups=tuple(map(str, parts["groups"])),
-            shaping=shaping,
-            density=_number(parts["density"], "density"),
-        )
-        return Figure(
-            plant,
-            mounting,
-            {str(name): to_fmpq(value) for name, value in table["weights"].items()},
-            str(table["metric"]),
-            str(table["unit"]),
-            str(table["combine"]),
-        )
-    except (ValueError, IndexError, TypeError) as error:
-        raise BadInput(f"the plant's matrices do not fit together: {error}") from None
+    if not isinstance(parts["outputs"], list) or not isinstance(parts["groups"], list):
+        raise BadInput("outputs and groups of a plant are lists of names")
+    outputs, groups = tuple(map(str, parts["outputs"])), tuple(map(str, parts["groups"]))
+    n, m, q, p = (len(part) for part in (arrays["A"], arrays["delays"], outputs, groups))
+    shapes: dict[str, tuple[int, ...]] = {
+        "A": (n, n),
+        "Bw": (n, m),
+        "Bf": (n, p),
+        "Cz": (q, n),
+        "Dzw": (q, m),
+        "Dzf": (q, p),
+    }
+    shapes |= {"Cd": (p, n), "Cv": (p, n), "delays": (m,)}
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape or 0 in shape:
+            raise BadInput(f"{name} of the plant has shape {arrays[name].shape}, and the others need {shape}")
+    if shaping is not None:
+        h = len(shaping.A)
+        if [getattr(shaping, name).shape for name in "ABCD"] != [(h, h), (h, 1), (1, h), (1, 1)]:
+            raise BadInput("the matrices of the plant's shaping filter do not fit together")
+    if n > _LARGEST_PLANT or np.any(arrays["delays"] < 0):
+        raise BadInput(f"a plant has at most {_LARGEST_PLANT} states, and delays not below 0")
+    density = _number(parts["density"], "density")
+    if density <= 0:
+        raise BadInput(f"density is {density:g}; it must be above 0")
+    weights = {str(name): to_fmpq(value) for name, value in table["weights"].items()}
+    plant = Plant(**arrays, outputs=outputs, groups=groups, shaping=shaping, density=density)
+    return Figure(plant, mounting, weights, str(table["metric"]), str(table["unit"]), str(table["combine"]))
 
 
 # --- the numbers ---------------------------------------------------------------------------------------------

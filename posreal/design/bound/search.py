@@ -1,8 +1,8 @@
 """From a figure to the best certificate for it: which form, where the points lie, how many of them.
 
 The bound never falls when a point is added, and how fast it rises depends on where the points lie: near the modes that
-carry the energy. The scan tries every octave of the vehicle's band with few points, half octaves around the best, and
-there also points spread over a factor of three. It does not depend on how many points are asked for in the end, so the
+carry the energy. The scan tries every octave of the vehicle's band with few points, half octaves around the best, there
+also points spread over a factor of three, and the few best of all these once more with more points. It does not depend on how many points are asked for in the end, so the
 bound that comes out never falls with that number either.
 """
 
@@ -33,7 +33,8 @@ Progress = Callable[[str], None]
 PLAIN, LIFTED = "plain", "lifted"
 SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (17, 25, 33, 41), LIFTED: (13, 21, 25, 31)}
 """Number of points at efforts 0 to 3: about 1, 3, 10 and 30 seconds, the last form some times that."""
-_SCAN = {PLAIN: 25, "lifted, one loop": 15, LIFTED: 11}
+_SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (11, 16)}
+"""Number of points in the scan, and for the few best places of it once more."""
 _SPREAD = (3**-0.5, 3**0.5)
 
 
@@ -115,17 +116,20 @@ def size_for(figure: Figure, form: str, effort: int) -> int:
 
 def places(figure: Figure, form: str, progress: Progress = lambda text: None) -> tuple[float, ...]:
     """The best place for the points, rad/s, by what few of them prove there."""
-    size = _SCAN[_row(figure, form)]
+    few, more = _SCAN[_row(figure, form)]
     known: dict[tuple[float, ...], float] = {}
+
+    def promised(where: tuple[float, ...], size: int) -> float:
+        progress(f"bound: looking at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
+        try:
+            return certify(figure, form, cycled(where, size), tolerance=1e-3)[1]
+        except PosrealError:  # a pole of the vehicle lies there, or no certificate starts there
+            return 0.0
 
     def height(centre: float, spread: Sequence[float] = (1.0,)) -> float:
         where = tuple(float(f"{centre * factor:.3g}") for factor in spread)
         if where not in known:
-            progress(f"bound: looking at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
-            try:
-                known[where] = certify(figure, form, cycled(where, size), tolerance=1e-3)[1]
-            except PosrealError:  # a pole of the vehicle lies there, or no certificate starts there
-                known[where] = 0.0
+            known[where] = promised(where, few)
         return known[where]
 
     slowest, fastest = _band(figure)
@@ -138,8 +142,10 @@ def places(figure: Figure, form: str, progress: Progress = lambda text: None) ->
     centre = octaves[int(np.argmax(values))]
     centre = max((centre, centre * 2**0.5, centre * 2**-0.5), key=height)
     height(centre, _SPREAD)
-    best = max(known, key=lambda where: known[where])
-    if known[best] == 0.0:
+    shortlist = sorted(known, key=lambda where: -known[where])[:4]
+    again = {where: promised(where, more) for where in shortlist}
+    best = max(again, key=lambda where: again[where])
+    if again[best] == 0.0:
         raise BadInput("no certificate was found at any expansion point, so no bound is known for this figure")
     return best
 

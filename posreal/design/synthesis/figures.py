@@ -29,6 +29,7 @@ from posreal.vehicle import PortResponses
 Real = np.ndarray
 Complex = np.ndarray
 
+SAMPLES = 1024  # of a period of the inverse transform
 MAXIMA = 3  # local maxima that stand for a maximum
 
 
@@ -158,13 +159,15 @@ class PeakInTime:
     stop: float
 
     @cached_property
-    def _sampled(self) -> tuple[Real, Complex]:
-        t = np.arange(0.0, self.stop, 0.02)
-        return t, np.exp(np.multiply.outer(t, self.s)) * self.kernel
+    def _instants(self) -> Real:
+        period = 2 * np.pi / float(self.s[1].imag - self.s[0].imag)
+        t = np.arange(SAMPLES) * (period / SAMPLES)
+        return t[t <= self.stop]
 
     def __call__(self, z: Complex) -> tuple[Real, Complex]:
-        t, E = self._sampled
-        y = (E @ z).real
+        t = self._instants
+        sums = np.fft.ifft(self.kernel * z, SAMPLES)[: len(t)] * SAMPLES
+        y = np.exp(self.s[0].real * t) * sums.real
         at = _largest(np.abs(y))
         top = t[at]
         for _ in range(3):  # Newton on y' = 0, kept near its sample

@@ -23,7 +23,7 @@ from posreal.admittance import Rational, state_space
 from posreal.design.problem import Mounting, Problem
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, QuarterCar, SideView
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 from posreal.vehicle.plant import Plant
 
 Real = np.ndarray
@@ -223,6 +223,8 @@ def _performance(problem: Problem) -> tuple[Plant, str, float]:
             return side.track(), f"acceleration_{problem.objective[-1]}", 100 / side.g
         case QuarterCar() as quarter:
             return quarter.road(), "acceleration" if problem.objective == "J1" else "tyre_force", 1.0
+        case UserPlant() as own if problem.objective.startswith("rms_"):
+            return own.plant, problem.objective.removeprefix("rms_"), 1.0
     raise BadInput(f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else")
 
 

@@ -1,0 +1,93 @@
+"""The command that looks for networks: search."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from posreal.cli.options import (
+    Ascii,
+    AsJson,
+    Jobs,
+    Objective,
+    Position,
+    ProblemName,
+    Seed,
+    Stiffness,
+    VehicleFile,
+    orders,
+    posed,
+)
+from posreal.cli.output import print_json, progress
+
+
+def search(
+    problem: ProblemName,
+    elements: Annotated[int, typer.Option(min=1, max=7, help="The most elements, bush or static spring not counted.")],
+    at_most: Annotated[
+        str | None, typer.Option(help="The most of a kind, such as springs=2,inerters=1 or reactive=2.")
+    ] = None,
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KIND=LEAST:GREATEST", help="Values allowed, such as 'k=10 kN/m:5 MN/m'."),
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(metavar="METRIC=VALUE", help="A metric that may not exceed a value, in its unit."),
+    ] = None,
+    metric: Annotated[str | None, typer.Option(help="Trade the objective against this metric too.")] = None,
+    to_orders: Annotated[
+        str | None, typer.Option("--orders", help="Orders of synthesised devices to compare with, such as 1,2,3.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the front: .png, .svg or .pdf.")] = None,
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    starts: Annotated[int | None, typer.Option(min=1, max=1000, help="Random starts for each topology.")] = None,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    backend: Annotated[str | None, typer.Option(help="loky, threading or dask.")] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster.")] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep results here as they come, and go on from them.")
+    ] = None,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+) -> None:
+    """Find the best networks of up to so many elements: what every further part buys."""
+    from posreal.design.search import read_at_most, read_bounds, read_limits
+    from posreal.design.search import search as find
+    from posreal.study.pareto import pareto, writable_picture
+
+    question = posed(problem, vehicle, position, objective, stiffness)
+    if plot is not None:
+        writable_picture(plot)
+    compared = [] if to_orders is None else orders(to_orders)
+    with progress() as say:
+        found = find(
+            question,
+            elements,
+            at_most=None if at_most is None else read_at_most(at_most),
+            bounds=read_bounds(bounds or []),
+            limits=read_limits(limit or []),
+            metric=metric,
+            starts=starts,
+            seed=seed,
+            jobs=jobs,
+            backend=backend,
+            scheduler=scheduler,
+            checkpoint=checkpoint,
+            progress=say,
+        )
+        front = pareto(found, orders=compared, seed=seed, progress=say)
+    if plot is not None:
+        front.draw(plot)
+    if as_json:
+        print_json(front.to_dict() | {"plot": None if plot is None else str(plot)})
+        return
+    print(front.text(ascii=ascii))
+    if plot is not None:
+        print(f"\nwrote {plot}")

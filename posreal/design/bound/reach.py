@@ -1,0 +1,66 @@
+"""The price of simplicity: what devices of each order reach, beside what no device of any order can go below.
+
+Synthesis minimises the problem's own metric. Where that is band-limited (``J1z_…`` and ``Macc`` end at 20 Hz) its
+devices are measured here over the whole band, as the bound is: the gap is then an upper limit of the true one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from posreal.design.bound.result import Bound
+from posreal.design.result import Design
+from posreal.design.synthesise import synthesise
+from posreal.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Reached:
+    """One order.
+
+    Attributes
+    ----------
+    order : int
+    design : Design
+    value : float
+        The design's figure of the bound's kind, in its unit.
+    gap_percent : float
+        By how much the bound is below it.
+    """
+
+    order: int
+    design: Design
+    value: float
+    gap_percent: float
+
+
+def reached(
+    bound: Bound,
+    orders: Sequence[int] = (1, 2, 4, 8),
+    *,
+    starts: int | None = None,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[Reached, ...]:
+    """Synthesise devices of some orders, each starting from the one before, and measure them against the bound.
+
+    Raises
+    ------
+    BadInput
+        If the bound is about a plant without a problem to synthesise for.
+    BelowBound
+        If a design is below the bound, which is an error in the program.
+    """
+    if bound.problem is None:
+        raise BadInput("a bound on a bare figure has no problem to synthesise for; bound a problem")
+    found: list[Reached] = []
+    warm: list[Any] = []
+    for order in orders:
+        design = synthesise(bound.problem, order, starts=starts, seed=seed, warm=warm, progress=progress)
+        warm.append(design.device)
+        best = bound.beside(design).best
+        assert best is not None
+        found.append(Reached(order, design, best.value, 100 * (1 - bound.value / best.value)))
+    return tuple(found)
