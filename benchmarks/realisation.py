@@ -9,6 +9,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -17,7 +18,6 @@ import numpy as np
 from benchmarks.timing import medians, report, seconds
 from posreal import Rational, check, realise
 from posreal.admittance import random_port_hamiltonian
-from posreal.network import nodal_admittance
 
 FORMS = {"foster-1": "fosterI", "foster-2": "fosterII", "cauer-1": "cauerI", "cauer-2": "cauerII"}
 LOSSLESS = Rational.parse("(s^2 + 1)*(s^2 + 9)*(s^2 + 25)/(s*(s^2 + 4)*(s^2 + 16))")
@@ -34,11 +34,11 @@ def main() -> None:
         print("  lcapy is NOT installed, so these are posreal's times alone; 'pip install lcapy' to compare")
     for title, y in (("lossless, degree 6", LOSSLESS), ("springs and dampers, degree 3", DAMPED)):
         for ours, theirs in FORMS.items():
-            calls: dict[str, Callable[[], object]] = {f"posreal {ours}, proven; {title}": lambda m=ours: realise(y, m)}
+            calls: dict[str, Callable[[], object]] = {f"posreal {ours}, proven; {title}": partial(realise, y, ours)}
             if installed and (complaint := fault(y, theirs)):
                 print(f"  lcapy {theirs}: {complaint}")
             elif installed:
-                calls[f"lcapy {theirs}, unproven"] = lambda m=theirs: lcapy_network(y, m)
+                calls[f"lcapy {theirs}, unproven"] = partial(lcapy_network, y, theirs)
             report(medians(calls, rounds=3), next(iter(calls)))
     six = random_port_hamiltonian(6, np.random.default_rng(0)).rational()
     slow = {"verdict, degree 6": lambda: check(six), "bott-duffin, degree 6": lambda: realise(six, "bott-duffin")}

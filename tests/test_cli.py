@@ -47,6 +47,7 @@ def test_help_names_every_command(posreal):
         "synthesise",
         "realise",
         "check",
+        "search",
         "compare",
     ):
         assert command in out
@@ -129,6 +130,15 @@ def test_optimise(posreal):
     assert "k at its upper bound" in posreal("optimise", "vertical-comfort", "S5", "--starts", "2")[1]
 
 
+def test_search(posreal):
+    code, out, err = posreal("search", "vertical-comfort", "--elements", "2", "--json")
+    assert (code, err) == (0, "")
+    front = json.loads(out)["front"]
+    assert [point["elements"] for point in front] == [1, 2]
+    assert front[1]["objective"] <= 1.9614
+    assert set(front[0]) >= {"elements", "objective", "notation", "metrics", "equivalent"}
+
+
 def test_check(posreal):
     code, out, _ = posreal("check", "(s^2+s+1)/(s^2+s+4)")
     assert code == 0
@@ -181,6 +191,8 @@ def test_realise(posreal):
         (("realise", "default"), "no device by itself"),
         (("realise", "(s+1)/(s+2)", "--method", "magic"), "magic"),
         (("compare", "vertical-comfort", "--orders", "1,x"), "not a list of whole numbers"),
+        (("search", "vertical-comfort", "--elements", "2", "--at-most", "levers=1"), "unknown kind of element 'levers'"),
+        (("search", "vertical-comfort", "--elements", "2", "--plot", "/nowhere/x.png"), "/nowhere"),
         (("reproduce", "--figures", "/proc/nowhere/figures"), "cannot write figures"),
     ],
 )

@@ -18,6 +18,9 @@ def synthesise(
     starts: int | None = None,
     seed: int = 0,
     warm: Sequence[Any] = (),
+    spring: bool = False,
+    inerter: bool = False,
+    jobs: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Design:
     """The best positive-real admittance of McMillan degree `order` that was found for the device's place.
@@ -27,10 +30,22 @@ def synthesise(
     starts and how many of them agreed within 0.1 %, seed and seconds.
     """
     options: dict[str, Any] = {} if starts is None else {"starts": starts}
-    result = search(problem, order, method=method, seed=seed, warm=warm, progress=progress, **options)
+    result = search(
+        problem,
+        order,
+        method=method,
+        seed=seed,
+        warm=warm,
+        spring=spring,
+        inerter=inerter,
+        jobs=jobs,
+        progress=progress,
+        **options,
+    )
     reached = {name: result.reached_by(name) for name in ("bmi", "ph")}
+    beside = [name for name, allowed in (("spring", spring), ("inerter", inerter)) if allowed]
     return Design(
-        f"order {order}",
+        " + ".join([f"order {order}", *beside]),
         problem.with_vehicle(result.parameters),
         result.device,
         result.metrics,

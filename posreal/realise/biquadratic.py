@@ -8,9 +8,9 @@ inerters, at most three dampers. A non-regular one takes more than five elements
     bridges     {1-2: c, 1-3: k, 2-3: b, 2-0: k, 3-0: c}         the same
 
 or what these become under Y(1/s) (springs and inerters swap) and 1/Y (the dual). No other network of five
-elements is non-regular. With one damper, Re Y = c N²/|d|² for an even or odd N, which is regular unless Re Y
-vanishes between 0 and ∞, and that takes five springs and inerters [Hughes2017]; the 77 networks with two springs
-and inerters and the 210 with three have been gone through one by one.
+elements is non-regular: with one damper c, Y(0) and Y(∞) are 0, ∞ or c, which makes a function regular, and the
+77 networks with two springs and inerters and the 210 with three have been gone through one by one. Minimum functions
+are among them only where Y(0)/Y(∞) is 1/4 or 4 [Hughes2017].
 
 Each form turns into a polynomial in one unknown, whose positive roots are isolated with certainty. So the
 answer "no five elements" is as sure as the arithmetic is long.

@@ -22,11 +22,13 @@ from posreal.errors import BadDevice
 from posreal.network import Network, parallel, series
 from posreal.realise.elements import damper, dual, inerter, spring
 from posreal.realise.long import Long, at_axis, squared_size
+from posreal.realise.refusal import DoesNotApply
 
 Recurse = Callable[[Rational], Network]
 Cycle = Callable[[Rational, fmpq, Long, Recurse], Network]
 """(admittance of a minimum function, ω₀², arithmetic, recursion) → network."""
 
+MOST = 600  # elements; Bott and Duffin's method doubles them with every second degree
 TRY_BOTH = 4  # up to this degree, dampers are tried on both sides of a minimum and the smaller network kept
 
 
@@ -38,7 +40,19 @@ class Synthesis:
     arithmetic: Long
 
     def __call__(self, device: Rational) -> Network:
-        """A network with this admittance, which must be positive real and not zero."""
+        """A network with this admittance, which must be positive real and not zero.
+
+        Raises
+        ------
+        DoesNotApply
+            If there would be more elements than anybody builds, or than can be proven in reasonable time.
+        """
+        network = self._of(device)
+        if len(network) > MOST:
+            raise DoesNotApply(f"This method takes more than {MOST} elements here; allow levers (method brune).")
+        return network
+
+    def _of(self, device: Rational) -> Network:
         y = self.arithmetic.cleaned(device)
         if y.degree == 0:
             return damper(y.n[0])

@@ -181,8 +181,9 @@ def realise(
         found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS])
         if tolerance is None:
             return _within(found, limits)
+        smaller = min(largest, len(found[0].network) - 1)
         try:
-            close = _close(device, tolerance, band, limits, min(largest, len(found[0].network) - 1), seed)
+            close = _close(device, tolerance, band, limits, smaller, seed)
         except Infeasible as failure:
             exactly = _within(found, limits)
             return replace(
@@ -210,7 +211,7 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
         except DoesNotApply as refusal:
             refusals.append(refusal)
     if not found:
-        raise refusals[0]
+        raise refusals[-1]
     return sorted(found, key=lambda r: r.rank)
 
 

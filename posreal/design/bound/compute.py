@@ -76,9 +76,11 @@ def bound(
         about, named = figure(subject, weights), subject
     chosen = search.choose_form(about, form)
     size = _size(about, chosen, effort, L)
-    where = _places(omega0) if omega0 is not None else search.places(about, chosen, say)
-    say(f"bound: {size} points at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
-    certificate, _ = search.certify(about, chosen, search.cycled(where, size), progress=progress)
+    attempts = []
+    for where in [_places(omega0)] if omega0 is not None else search.places(about, chosen, say):
+        say(f"bound: {size} points at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
+        attempts.append(search.certify(about, chosen, search.cycled(where, size), progress=progress))
+    certificate, _ = max(attempts, key=lambda pair: pair[1])
     say("bound: checking the certificate")
     value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
     found = Bound(

@@ -50,8 +50,8 @@ class Objective(Protocol):
         """u (outputs, m), or P over Q (2m, q); empty for squares."""
         ...
 
-    def reached(self, x: Array) -> float:
-        """J at x."""
+    def lower(self, functional: Array) -> tuple[float, Array, Array, bool]:
+        """Its part of c, b and M in :mod:`certificate` for that multiplier, and whether these bound J²."""
         ...
 
 
@@ -89,9 +89,10 @@ class Squares:
         """Nothing: the certificate keeps the squares."""
         return np.zeros((0, 0))
 
-    def reached(self, x: Array) -> float:
-        """‖τ + O x‖."""
-        return float(np.linalg.norm(self.data.tau + self.data.O[0] @ x))
+    def lower(self, functional: Array) -> tuple[float, Array, Array, bool]:
+        """‖τ‖², Oᵀτ and OᵀO."""
+        quadratic, linear = self._parts
+        return self.size, linear, quadratic, True
 
 
 @dataclass(frozen=True)
@@ -132,9 +133,9 @@ class Sum:
         f, length = self._f(y)
         return np.asarray(f / length[:, None])
 
-    def reached(self, x: Array) -> float:
-        """Σ ‖f_o‖."""
-        return self.value(x, 1.0)
+    def lower(self, functional: Array) -> tuple[float, Array, Array, bool]:
+        """⟨u, τ⟩ and ½ Oᵀu."""
+        return _linear(self.data, functional)
 
 
 @dataclass(frozen=True)
@@ -195,9 +196,17 @@ class Peak:
         m = self.data.F.shape[0]
         return np.vstack([-root[:m], root[m:]])
 
-    def reached(self, x: Array) -> float:
-        """‖T_f‖."""
-        return float(np.linalg.norm(self._operator(x), 2))
+    def lower(self, functional: Array) -> tuple[float, Array, Array, bool]:
+        """⟨u, τ⟩ and ½ Oᵀu with u_l = ⟨P Qᵀ, F_l⟩, brought to norm 1."""
+        m = self.data.F.shape[0]
+        P, Q = functional[:m], functional[m:]
+        u = self.data.F.reshape(m, -1) @ (P @ Q.T).ravel() * (2 / float(np.sum(functional**2)))
+        return _linear(self.data, u[None, :])
+
+
+def _linear(data: Sampled, u: Array) -> tuple[float, Array, Array, bool]:
+    m = data.F.shape[0]
+    return float(np.sum(u * data.tau)), np.einsum("okl,ok->l", data.O[0], u) / 2, np.zeros((m, m)), False
 
 
 def objective(combine: str, data: Sampled) -> Objective:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky
@@ -35,16 +35,20 @@ class PlainSolution:
     Attributes
     ----------
     x : (m,)
+        Of the path's last point.
     Z : (m, m)
-        Multiplier of the positive-real inequality.
+        Multiplier of the positive-real inequality, at the point of the path that certifies most.
     functional : array
-        Multiplier of the objective, see :mod:`objectives`.
+        Multiplier of the objective there, see :mod:`objectives`.
+    value : float
+        The bound on J that these two promise, in floats.
     steps : int
     """
 
     x: Array
     Z: Array
     functional: Array
+    value: float
     steps: int
 
 
@@ -67,6 +71,7 @@ def solve(data: Sampled, goal: Objective, *, tolerance: float = 1e-8, growth: fl
     A = np.eye(m) - W @ W.T
     y, steps = goal.start(np.zeros(m)), 0
     t, last = m / goal.size, m / (tolerance * goal.size)
+    best: PlainSolution | None = None
 
     def value(there: Array) -> float:
         try:
@@ -87,9 +92,25 @@ def solve(data: Sampled, goal: Objective, *, tolerance: float = 1e-8, growth: fl
             if decrement < 1e-2:
                 break
             y = _descend(value, y, step, decrement)
+        functional = goal.multiplier(y, t)
+        found = PlainSolution(y[:m], G / t, functional, _certified(G / t, W, A, F, goal.lower(functional)), steps)
+        best = found if best is None or found.value > best.value else best
         if t >= last:
-            return PlainSolution(y[:m], G / t, goal.multiplier(y, t), steps)
+            return replace(best, x=y[:m], steps=steps)
         t = min(t * growth, last)
+
+
+def _certified(Z: Array, W: Array, A: Array, F: Array, part: tuple[float, Array, Array, bool]) -> float:
+    """c − bᵀ M⁻¹ b of :mod:`certificate` for one loop, in floats, as a bound on J; 0 without M ≻ 0."""
+    m = len(W)
+    c, b, M, squared = part
+    b = b - 2 * F.reshape(m, -1) @ (Z @ W.T).ravel()
+    M = M + (F @ A).reshape(m, -1) @ (Z @ F).reshape(m, -1).T
+    try:
+        value = c - 4 * float(np.trace(Z)) - float(b @ cho_solve(cho_factor(M, lower=True), b))
+    except np.linalg.LinAlgError:
+        return 0.0
+    return math.sqrt(max(value, 0.0)) if squared else value
 
 
 def _inequality(x: Array, W: Array, A: Array, F: Array) -> Array:

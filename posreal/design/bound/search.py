@@ -2,8 +2,9 @@
 
 The bound never falls when a point is added, and how fast it rises depends on where the points lie: near the modes that
 carry the energy. The scan tries every octave of the vehicle's band with few points, half octaves around the best, there
-also points spread over a factor of three, and the few best of all these once more with more points. It does not depend on how many points are asked for in the end, so the
-bound that comes out never falls with that number either.
+also points spread over a factor of three, and the few best of all these once more with more points. It does not depend
+on how many points are asked for in the end, and the places that it keeps compete at that number, so the bound that
+comes out does not fall with that number either.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ Progress = Callable[[str], None]
 PLAIN, LIFTED = "plain", "lifted"
 SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (17, 25, 33, 41), LIFTED: (13, 21, 25, 31)}
 """Number of points at efforts 0 to 3: about 1, 3, 10 and 30 seconds, the last form some times that."""
-_SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (11, 16)}
-"""Number of points in the scan, and for the few best places of it once more."""
+_SCAN = {PLAIN: (25, 41, 1), "lifted, one loop": (15, 25, 2), LIFTED: (11, 15, 3)}
+"""Number of points in the scan, and for the few best places of it once more; how many places are kept."""
 _SPREAD = (3**-0.5, 3**0.5)
 
 
@@ -114,9 +115,9 @@ def size_for(figure: Figure, form: str, effort: int) -> int:
     return SIZES[_row(figure, form)][effort]
 
 
-def places(figure: Figure, form: str, progress: Progress = lambda text: None) -> tuple[float, ...]:
-    """The best place for the points, rad/s, by what few of them prove there."""
-    few, more = _SCAN[_row(figure, form)]
+def places(figure: Figure, form: str, progress: Progress = lambda text: None) -> list[tuple[float, ...]]:
+    """The best places for the points, rad/s, by what few of them prove there."""
+    few, more, kept = _SCAN[_row(figure, form)]
     known: dict[tuple[float, ...], float] = {}
 
     def promised(where: tuple[float, ...], size: int) -> float:
@@ -144,10 +145,10 @@ def places(figure: Figure, form: str, progress: Progress = lambda text: None) ->
     height(centre, _SPREAD)
     shortlist = sorted(known, key=lambda where: -known[where])[:4]
     again = {where: promised(where, more) for where in shortlist}
-    best = max(again, key=lambda where: again[where])
-    if again[best] == 0.0:
+    best = [where for where in sorted(again, key=lambda where: -again[where]) if again[where] > 0]
+    if not best:
         raise BadInput("no certificate was found at any expansion point, so no bound is known for this figure")
-    return best
+    return best[:kept]
 
 
 def cycled(where: Sequence[float], size: int) -> tuple[fmpq, ...]:
@@ -172,7 +173,7 @@ def certify(
         goal = objective(figure.combine, data)
         solution = plain.solve(data, goal, tolerance=tolerance or 1e-8)
         Z, mu, functional = solution.Z, np.zeros((0, len(points))), solution.functional
-        promised = goal.reached(solution.x)
+        promised = solution.value
     else:
         dual = lifted.solve(data, tolerance=tolerance or 1e-5, progress=progress)
         Z, mu, functional = dual.Z, dual.mu, np.zeros((0, 0))

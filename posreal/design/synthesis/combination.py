@@ -19,6 +19,7 @@ TABLE
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -115,7 +116,9 @@ def synthesise(
     try:
         if method != "bmi" and search.judge.smooth is None:
             search.progress(f"{problem.objective} is not one mean-square figure: local searches alone")
-        with np.errstate(all="ignore"):
+        # What a wild iterate does to floats is no news: whatever comes out is measured before it is taken.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             for start in begun:
                 search.offer("start", start, search.judge.measure(start))
             _best(search, plan, order, spring, inerter, begun)

@@ -54,11 +54,20 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Ball:
-    """d = the unknowns named in `centre`, concatenated, less their values there: ‖d‖ ≤ radius, at the cost dᵀQd."""
+    """d = the unknowns named in `centre`, concatenated, less their values there: ‖d/size‖ ≤ radius, at the cost dᵀQd.
+
+    The size of an entry is its value at the centre, 1 at least, so that one that wants to grow beyond all bounds grows
+    by a factor a step, not by an amount.
+    """
 
     centre: Unknowns
     radius: float
     Q: Real
+
+    @property
+    def sizes(self) -> Real:
+        """One for each entry."""
+        return np.maximum(1.0, np.abs(np.concatenate([np.ravel(part) for part in self.centre.values()])))
 
 
 def minimise(
@@ -94,8 +103,8 @@ def minimise(
     if ball is not None:
         d = np.hstack([unknowns[name].reshape(len(probe), -1) - centre.ravel() for name, centre in ball.centre.items()])
         inside = (d[1:] - d[0]).T
-        rows.append(np.vstack([np.zeros((1, size)), -inside]))
-        right.append(np.concatenate([[ball.radius], d[0]]))
+        rows.append(np.vstack([np.zeros((1, size)), -inside / ball.sizes[:, None]]))
+        right.append(np.concatenate([[ball.radius], d[0] / ball.sizes]))
         cones.append(clarabel.SecondOrderConeT(len(inside) + 1))
         quadratic = 2 * inside.T @ ball.Q @ inside
         c = c + 2 * inside.T @ ball.Q @ d[0]
