@@ -24,6 +24,7 @@ from posreal.design import (
     problems,
     synthesise,
 )
+from posreal.design.bound import Bound, bound
 from posreal.design.search import Search, search
 from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
 from posreal.network import (
@@ -50,6 +51,7 @@ __version__ = "0.1.0"
 __all__ = [
     "BadDevice",
     "BadInput",
+    "Bound",
     "Comparison",
     "Constraint",
     "Damper",
@@ -79,6 +81,7 @@ __all__ = [
     "Sweep",
     "Verdict",
     "__version__",
+    "bound",
     "check",
     "compare",
     "diagram",

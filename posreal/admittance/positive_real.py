@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from html import escape
 from typing import Any
 
 from flint import arb, fmpq_poly
@@ -78,8 +79,37 @@ class Verdict:
             return f"not positive real: {self.witness}"
         if self.lossless:
             return f"positive real, lossless, degree {self.degree}"
-        where = "ω = ∞" if math.isinf(self.margin_at) else f"ω = {self.margin_at:.12g} rad/s"
-        return f"positive real, degree {self.degree}; least Re Y(jω) is {self.margin:.6g} N s/m at {where}"
+        return f"positive real, degree {self.degree}; least Re Y(jω) is {self.margin:.6g} N s/m at {self._place}"
+
+    def facts(self) -> tuple[str, ...]:
+        """What else is known, a sentence each, as far as it applies."""
+        said = []
+        if not self.positive_real and not isinstance(self.witness, NegativeReal):
+            said.append(f"degree {self.degree}")
+        elif not self.positive_real:
+            said.append(f"degree {self.degree}; least Re Y(jω) is {self.margin:.6g} N s/m at {self._place}")
+        if self.minimum_function:
+            said.append("a minimum function: no pole or zero on the axis, and yet Re Y(jω) falls to zero")
+        if self.touches:
+            said.append("Re Y(jω) is exactly zero at ω = " + ", ".join(f"{w:.12g}" for w in self.touches) + " rad/s")
+        if 0 < self.static_stiffness < math.inf:
+            said.append(f"static stiffness {self.static_stiffness:.6g} N/m (lim s·Y at 0)")
+        if 0 < self.inertance < math.inf:
+            said.append(f"inertance at high frequency {self.inertance:.6g} kg (lim Y/s at infinity)")
+        if self.regular is not None and not self.lossless:
+            said.append(
+                "regular: least Re Y or least Re 1/Y is at 0 or infinity"
+                if self.regular
+                else "not regular: neither least Re Y nor least Re 1/Y is at 0 or infinity"
+            )
+        return tuple(said)
+
+    def _repr_html_(self) -> str:
+        return "<div>" + "<br>".join(map(escape, (str(self), *self.facts()))) + "</div>"
+
+    @property
+    def _place(self) -> str:
+        return "ω = ∞" if math.isinf(self.margin_at) else f"ω = {self.margin_at:.12g} rad/s"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form; infinities are the text "inf" or "-inf"."""
@@ -95,6 +125,7 @@ class Verdict:
             "static_stiffness": _json(self.static_stiffness),
             "inertance": _json(self.inertance),
             "regular": self.regular,
+            "facts": list(self.facts()),
             "text": str(self),
         }
 

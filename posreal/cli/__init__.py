@@ -11,9 +11,10 @@ import sys
 from typing import Annotated
 
 import typer
+from threadpoolctl import threadpool_limits
 
 from posreal import __version__
-from posreal.cli import designs, devices, listings, searches
+from posreal.cli import bounds, designs, devices, listings, searches
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError
 
@@ -51,6 +52,8 @@ app.command()(designs.synthesise)
 app.command(context_settings=DEVICE_FIRST)(devices.realise)
 app.command(context_settings=DEVICE_FIRST)(devices.check)
 app.command()(searches.search)
+app.command()(bounds.bound)
+app.command("check-bound")(bounds.check_bound)
 app.command()(designs.compare)
 app.command()(designs.reproduce)
 
@@ -58,7 +61,9 @@ app.command()(designs.reproduce)
 def main() -> None:
     """Entry point of the ``posreal`` command."""
     try:
-        app()
+        # The matrices are small: threads of the linear algebra library would only wait for one another.
+        with threadpool_limits(1):
+            app()
     except PosrealError as error:
         print(f"posreal: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

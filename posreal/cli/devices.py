@@ -8,6 +8,7 @@ import typer
 
 from posreal.cli.options import Ascii, AsJson, DeviceWords, Seed, Width, Write, band, number, one_device
 from posreal.cli.output import check_paths, network_dict, print_json, print_network, readable, write_network
+from posreal.errors import BadInput, Infeasible
 
 Repair = Annotated[
     str | None,
@@ -27,7 +28,7 @@ def check(device: DeviceWords, repair: Repair = None, as_json: AsJson = False) -
     if as_json:
         print_json(verdict.to_dict() | ({} if repaired is None else {"repair": repaired.to_dict()}))
     else:
-        print(verdict)
+        print("\n  ".join([str(verdict), *verdict.facts()]))
         if repaired is not None:
             print(f"{repaired}\n  {readable(repaired.device, 17)}")
     if not verdict:
@@ -63,6 +64,10 @@ def realise(
     from posreal.realise import realise as build
 
     check_paths(write)
+    if width < 40:
+        raise BadInput(f"--width {width}: a diagram needs 40 columns or more")
+    if tolerance is None and over is not None:
+        raise BadInput("--band says where a --tolerance holds; give both")
     ends = {"k_min": k_min, "k_max": k_max, "c_min": c_min, "c_max": c_max, "b_min": b_min, "b_max": b_max}
     units = {"k": "N/m", "c": "N*s/m", "b": "kg"}
     given = {n: number(f"--{n.replace('_', '-')}", text, units[n[0]]) for n, text in ends.items() if text is not None}
@@ -73,7 +78,15 @@ def realise(
         mended = nearest_positive_real(target, repair)
         target, changed = mended.device, [str(mended)]
     if method == "all":
+        refused = {"--write": write, "--tolerance": tolerance, "--levers": levers or None}
+        for option, value in refused.items():
+            if value is not None:
+                raise BadInput(f"{option} goes with one network; --method all lists every one, those with levers too")
         found = realise_all(target)
+        if limits is not None:
+            found = [r for r in found if limits.broken_by(r.network) is None]
+            if not found:
+                raise Infeasible("No realisation found can be built within the limits; take wider ones.")
         if as_json:
             print_json({"networks": [network_dict(r, ascii, width) for r in found], "notes": changed})
         else:

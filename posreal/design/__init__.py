@@ -1,5 +1,6 @@
 """What is wanted, and the searches for it: problems, layouts and their best values, synthesis."""
 
+from posreal.design.bound import Bound
 from posreal.design.device import evaluate, read_design, read_device
 from posreal.design.layout import Layout, layout, layouts
 from posreal.design.optimise import optimise
@@ -9,6 +10,7 @@ from posreal.design.search import Search
 from posreal.design.synthesise import synthesise
 
 __all__ = [
+    "Bound",
     "Constraint",
     "Design",
     "Layout",

@@ -9,8 +9,8 @@ import re
 from collections.abc import Iterator
 from fractions import Fraction
 
-from posreal.network.graph import Graph
 from posreal.network.geometry import LENGTH, Beam, geometry
+from posreal.network.graph import Graph
 from posreal.network.tree import Element, Network, Series
 from posreal.units import engineering
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from html import escape
 from typing import Any
 
 from flint import fmpq
@@ -23,6 +24,7 @@ from posreal.realise.refusal import DoesNotApply, Unproven
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
 OVERSHOOT = fmpq(1, 10**14)
+LARGEST_DEGREE = 20  # a minute; and beyond, nobody would build it
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,15 @@ class Realisation:
         """
         return require_proof(self.network, self.target)
 
+    def __str__(self) -> str:
+        """One line: method, elements, residual; then the notes and the network."""
+        head = f"{self.method}: {len(self.network)} elements, relative residual {self.residual:.1e}"
+        return "\n".join([head, *(f"  {note}" for note in self.notes), str(self.network)])
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<p>{escape(line)}</p>" for line in str(self).splitlines()[:-1])
+        return f"<div>{head}{self.network._repr_html_()}</div>"
+
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         counts = {"springs": self.springs, "dampers": self.dampers, "inerters": self.inerters}
@@ -173,7 +184,7 @@ def realise(
     DoesNotApply
         If the method does not serve this device, with the reason.
     BadDevice
-        If there is no device at all.
+        If there is no device at all, or one of degree above 20.
     Unproven
         If the network's admittance is not the device's; a fault of the program.
     """
@@ -248,6 +259,8 @@ def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...
     y = as_rational(device)
     if y.is_zero():
         raise BadDevice("The admittance is zero, which is no device at all; there is nothing to build.")
+    if y.degree > LARGEST_DEGREE:
+        raise BadDevice(f"This device has degree {y.degree}; networks are made up to degree {LARGEST_DEGREE}.")
     repaired, lift = lifted(y)
     notes = () if lift == 0 else (f"lifted by a parallel damper of {lift:.3g} N s/m to be positive real",)
     return y, repaired, lift, notes

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from posreal.design import Design, Problem, evaluate, layouts, optimise, synthesise
+from posreal.design import Bound, Design, Problem, evaluate, layouts, optimise, synthesise
+from posreal.design.bound import bound as prove
+from posreal.errors import BadInput
 from posreal.network import Network
 from posreal.network.diagram import diagram
 from posreal.study.strut import degree, realised, strut
@@ -26,6 +28,7 @@ class Comparison:
 
     problem: Problem
     rows: tuple[Design, ...]
+    bound: Bound | None = None
 
     @property
     def best(self) -> Design:
@@ -40,6 +43,10 @@ class Comparison:
     def improvement(self, row: Design, metric: str) -> float:
         """Per cent by which a row's metric is better (lower) than the reference's."""
         return 100 * (1 - row.metrics[metric].value / self.reference.metrics[metric].value)
+
+    def gap(self, row: Design) -> float | None:
+        """Per cent by which the proven bound is below a row, both in the bound's own (whole-band) figure."""
+        return None if self.bound is None else self.bound.beside(row).gap_percent
 
     def __str__(self) -> str:
         return self.text()
@@ -59,6 +66,7 @@ class Comparison:
                 if problem.vehicle.name == "side-view"
                 else [f"{goal} better"]
             ),
+            *([] if self.bound is None else ["gap"]),
             "elements",
             "k+c+b",
         ]
@@ -72,6 +80,7 @@ class Comparison:
                     "–" if row.device is None else str(degree(row)),
                     *(f"{row.metrics[name].value:#.5g}" for name in metrics),
                     *("–" if row is self.reference else percent(self.improvement(row, name)) for name in shown),
+                    *([] if self.bound is None else [percent(self.gap(row), 1)]),
                     "–" if network is None else str(len(network)),
                     "–" if network is None else "+".join(str(n) for n in network.counts[:3]),
                 ]
@@ -97,11 +106,20 @@ class Comparison:
         notes.append(
             f"Degree and elements include the {kinds[self.problem.vehicle.name]}; k+c+b: springs, dampers, inerters."
         )
+        if self.bound is not None:
+            notes += [
+                f"Proven: {self.bound.metric} ≥ {self.bound.value:.5g} {self.bound.unit} over the whole band for "
+                f"{self.bound.devices}.",
+                "Gap: how far that is below the row, whose own figure over the whole band is taken for it.",
+            ]
         return notes + [f"Subject to {constraint}." for constraint in self.problem.constraints]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able rows; `bound` is null until a bound is computed."""
-        return {"problem": self.problem.name, "rows": [row.to_dict() for row in self.rows], "bound": None}
+        """JSON-able rows, each with its gap to the bound; `bound` is null where no bound is known."""
+        rows = [row.to_dict() | {"gap_percent": self.gap(row)} for row in self.rows]
+        bound = None if self.bound is None else self.bound.to_dict()
+        kept = None if bound is None else {key: bound[key] for key in ("bound", "best", "gap_percent")}
+        return {"problem": self.problem.name, "rows": rows, "bound": kept}
 
 
 def _drawn(network: Network, problem: Problem, ascii: bool) -> str:
@@ -152,4 +170,13 @@ def compare(
         warm.append(design.device)
         say(f"realising order {order}")
         rows.append(realised(design)[0])
-    return Comparison(problem, tuple(rows))
+    say("proving a bound")
+    try:
+        bound = prove(problem, effort=0, progress=progress)
+    except BadInput as reason:  # no bound is known for this problem, and the reason says why
+        say(str(reason))
+        return Comparison(problem, tuple(rows))
+    best = min((row for row in rows if row.feasible), key=lambda row: bound.figure.measure(row.port))
+    for row in rows:
+        bound.require_not_below(row)
+    return Comparison(problem, tuple(rows), bound.beside(best))

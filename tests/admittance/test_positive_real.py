@@ -142,6 +142,17 @@ def test_what_else_a_verdict_says():
     assert verdict.check() == verdict
 
 
+def test_facts_for_a_reader():
+    facts = " | ".join(check("(s^2+s+1)/(s^2+s+4)").facts())
+    assert "minimum function" in facts
+    assert "<br>a minimum function" in check("(s^2+s+1)/(s^2+s+4)")._repr_html_()
+    assert "exactly zero at ω = 1.41421356237 rad/s" in facts
+    assert "not regular" in facts
+    assert any("static stiffness 2 N/m" in fact for fact in check("2/s + 3 + 5*s").facts())
+    assert any("inertance at high frequency 5 kg" in fact for fact in check("2/s + 3 + 5*s").facts())
+    assert "least Re Y(jω) is -0.0376649" in check("(s^2+s+1)/(s^2+0.9*s+4)").facts()[0]
+
+
 @pytest.mark.parametrize(
     ("text", "regular"),
     [("(s^2+s+1)/(s^2+1.001*s+4)", False), ("(s^2+3*s+1)/(s^2+s+1)", True), ("s/(s^2+1) + 1", True)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from posreal.admittance import Rational, check
 from posreal.design.problem import problem
 from posreal.design.synthesis import Settings, synthesise
 from posreal.errors import BadInput, NotPositiveReal
+from posreal.vehicle.metrics import least_damping
 
 # General positive-real optima without a parallel inerter: k = 60 kN/m, J1 of [PS2006]'s quarter-car.
 QUARTER_CAR = {1: 1.585094, 2: 1.542673, 3: 1.454769, 4: 1.433840}
@@ -55,12 +57,22 @@ def test_default_on_the_side_view():
     assert 1 <= result.agreeing <= result.starts
 
 
-def test_damping_is_kept_on_the_plan_view():
+def test_matrix_inequalities_keep_the_damping():
     lateral = problem("lateral-comfort")
-    result = synthesise(lateral, 1, method="bmi", starts=1, settings=Settings(iterations=30))
+    result = synthesise(lateral, 1, method="bmi", starts=1, settings=Settings(iterations=6))
     assert_sound(result, rel=1e-4)  # the metric is the paper's sum, the search's figure a Gauss rule
-    assert result.value <= 0.2135
+    assert result.value < 0.2203
     assert not lateral.violated(result.metrics)
+
+
+def test_damping_is_kept_at_every_speed():
+    lateral = problem("lateral-comfort")
+    result = synthesise(lateral, 1, starts=4)
+    assert_sound(result, rel=1e-4)
+    assert result.value <= 0.21348
+    assert not lateral.violated(result.metrics)
+    between = least_damping(lateral.vehicle, lateral.mounting.port(result.device), np.arange(1.0, 55.01, 0.2))
+    assert 100 * between.ratio >= lateral.constraints[0].value * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("objective", ["J1", "J3"])
@@ -117,7 +129,7 @@ def test_interrupting_returns_the_best_so_far():
 @pytest.mark.parametrize(
     ("name", "order", "options", "culprit"),
     [
-        ("lateral-gauging", 2, {}, "peak"),
+        ("lateral-gauging", 2, {"method": "bmi"}, "peak"),
         ("quarter-car", -1, {}, "order"),
         ("quarter-car", 1.5, {}, "order"),
         ("quarter-car", 1000, {}, "order"),
@@ -167,7 +179,15 @@ def test_side_view_of_higher_order(order, known):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "order", "target"), [("lateral-comfort", 2, 0.2000), ("lateral-comfort-primary", 2, 0.1749)]
+    ("name", "order", "target"),
+    [
+        ("lateral-comfort", 2, 0.19850),
+        ("lateral-comfort", 3, 0.1925),
+        ("lateral-comfort-primary", 2, 0.1649),
+        ("lateral-gauging", 1, 71.61),
+        ("lateral-gauging", 2, 60.0),
+        ("lateral-gauging-primary", 2, 50.0),
+    ],
 )
 def test_plan_view_of_higher_order(name, order, target):
     lateral = problem(name)
@@ -175,7 +195,30 @@ def test_plan_view_of_higher_order(name, order, target):
     assert check(result.device)
     assert result.value <= target
     assert not lateral.violated(result.metrics)
+    vehicle = lateral.with_vehicle(result.parameters).vehicle
+    port = lateral.with_vehicle(result.parameters).mounting.port(result.device)
+    floor = next(c.value for c in lateral.constraints if c.metric == "Ldmp")
+    assert 100 * least_damping(vehicle, port, np.arange(1.0, 55.01, 0.1)).ratio >= floor * (1 - 1e-6)
     for parameter, value in result.parameters.items():
         assert lateral.free[parameter].lower <= value <= lateral.free[parameter].upper
     again = dataclasses.replace(lateral.with_vehicle(result.parameters))
-    assert again.metrics(again.mounting.port(result.device))["Macc"].value == pytest.approx(result.value, rel=1e-12)
+    anew = again.metrics(again.mounting.port(result.device))[lateral.objective].value
+    assert anew == pytest.approx(result.value, rel=1e-12)
+
+
+@pytest.mark.long
+def test_matrix_inequalities_alone_at_order_3():
+    result = synthesise(problem("quarter-car"), 3, method="bmi")
+    assert_sound(result)
+    assert result.value <= 1.454769 * 1.005
+
+
+@pytest.mark.long
+def test_side_view_up_to_order_8_never_rises():
+    """Each order by itself, with the same few starts: the figure falls, or rests where no more is to be had."""
+    found = [synthesise(problem("vertical-comfort"), order, starts=6) for order in range(9)]
+    values = [result.value for result in found]
+    assert all(later <= earlier * (1 + 1e-9) for earlier, later in itertools.pairwise(values))
+    assert values[4] <= 1.8595
+    for result in found:
+        assert_sound(result, rel=1e-5)

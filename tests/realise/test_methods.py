@@ -182,6 +182,21 @@ def test_a_wrong_network_is_not_proven():
     assert 1e-9 < prove(wrong, y).residual < 1e-5
 
 
+def test_results_show_themselves():
+    result = realise("(s^2+2*s+1)/(s^2+2*s+9)", "bott-duffin")
+    assert str(result).startswith("bott-duffin: 8 elements, relative residual 0.0e+00\n")
+    assert str(result).endswith(str(result.network))
+    assert "<svg" in result._repr_html_()
+    with pytest.raises(BadDevice, match="degree 21; networks are made up to degree 20"):
+        realise("1/(s+1)^21 + 100")
+
+
+def test_a_branch_in_resonance_at_a_point_of_the_proof_is_no_obstacle():
+    y = parse_rational("(s^2+2*s+1)/(s^2+2*s+9)") | parse_rational("s/(s^2+1)") | parse_rational("(s+1)/(s+2)")
+    for result in realise_all(y):
+        holds(result, y)
+
+
 def test_results_as_json():
     data = realise("(s^2+s+1)/(s^2+s+4)", "bott-duffin").to_dict()
     assert data["elements"] == {"springs": 3, "dampers": 2, "inerters": 3, "levers": 0}

@@ -13,6 +13,8 @@ vehicle's port need not be passive.
    with τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's passivity
    is an inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and with
    them J has no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
+   Where every port is passive, |wᵢσ| < 1 in the half plane, no device gives xᵢ a pole there, and the bound is one over
+   all of them (J is infinite where the vehicle rings for ever).
 3. *Positive realness on K.* ‖T_f‖ ≤ sup|f| gives I − ΣΣᵀ ⪰ 0 for Σ = σ(S), and by Nevanlinna and Pick that is all
    that can be said from values at the points [Pick1916, Sarason1967]. With Xᵢ = xᵢ(S), Wᵢ = wᵢ(S), and
    aᵢ = 2 + wᵢxᵢ = 2/(1 − wᵢσ), σaᵢ = xᵢ, hence for all loops of the same device at once (block i, j)

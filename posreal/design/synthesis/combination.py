@@ -43,7 +43,7 @@ from posreal.vehicle import UserPlant
 METHODS = ("auto", "bmi", "ph")
 LARGEST_ORDER = 12
 FEW = 24  # starts
-DRAWS = 3  # devices from whose starts the matrix inequalities alone go on, a start
+PROGRAMS = 8  # starts of the matrix inequalities alone, at most: each is seconds
 TIGHTER = 1e-7  # relative room that a limit is given where the metric's quadrature missed it
 REPAIRS = 3
 Progress = Callable[[str], None]
@@ -177,7 +177,13 @@ def _best(
     for one in smaller:
         if one not in done:
             _best(search, plan, *one, done=done)
-    known = [*begun, *(done[one] for one in smaller)] or [search.best]
+    known = [*begun, *(done[one] for one in smaller)] or [
+        candidate  # the best so far may come from a larger warm start, which has no place here
+        for candidate in [search.best]
+        if candidate.device.order <= order
+        and (spring or not candidate.device.k)
+        and (inerter or not candidate.device.b)
+    ]
     reached = None
     judge = search.judge
     if plan.method == "auto" and order > 0 and judge.smooth is not None and not judge.problem.constraints:
@@ -194,7 +200,7 @@ def _inequalities_alone(
     search: Search, plan: _Plan, order: int, starts: int, begun: Sequence[Candidate], rng: np.random.Generator
 ) -> Candidate:
     if order:
-        programs(search, order, min(starts, 4), plan.settings, begun, search.judge.nominal, rng, asked=True)
+        programs(search, order, min(starts, PROGRAMS), plan.settings, begun, search.judge.nominal, rng, asked=True)
     return search.best
 
 

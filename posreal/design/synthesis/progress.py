@@ -31,6 +31,7 @@ class Search:
     jobs : int
         Local searches that run side by side; what is found does not depend on it.
     progress : function of str
+    first : a plain damper, the default one where the vehicle has one
     best, value : the best candidate and its measure
     history : accepted candidates
     landed : where the local searches of the order that was asked for ended
@@ -39,6 +40,7 @@ class Search:
     judge: Judge
     jobs: int
     progress: Callable[[str], None]
+    first: Candidate = field(init=False)
     best: Candidate = field(init=False)
     value: float = math.inf
     history: list[Step] = field(default_factory=list)
@@ -48,7 +50,7 @@ class Search:
     def __post_init__(self) -> None:
         vehicle = self.judge.problem.vehicle
         c = vehicle.Csy / self.judge.scale.damper if isinstance(vehicle, PlanView) else 1.0
-        self.best = Candidate(damper(c), self.judge.nominal)  # there is always a device to start from
+        self.first = self.best = Candidate(damper(c), self.judge.nominal)  # there is always a device to start from
         self.offer("start", self.best, self.judge.measure(self.best))
 
     def offer(self, method: str, candidate: Candidate, value: float) -> None:
