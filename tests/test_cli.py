@@ -48,6 +48,8 @@ def test_help_names_every_command(posreal):
         "realise",
         "check",
         "search",
+        "bound",
+        "check-bound",
         "compare",
     ):
         assert command in out
@@ -139,6 +141,22 @@ def test_search(posreal):
     assert set(front[0]) >= {"elements", "objective", "notation", "metrics", "equivalent"}
 
 
+def test_bound_and_its_certificate(posreal, tmp_path):
+    path = tmp_path / "proof.json"
+    words = ("quarter-car", "--points", "21", "--omega0", "20", "--device", "S3 c=3224 b=333", "--save", str(path))
+    code, out, err = posreal("bound", *words, "--json")
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert 1.3 < document["bound"]["value"] < 1.4097
+    assert document["gap_percent"] > 0
+    assert posreal("check-bound", str(path))[0] == 0
+    claim = document["bound"]["value"]
+    path.write_text(path.read_text().replace(f"{claim}", f"{claim + 0.01}"))
+    code, _, err = posreal("check-bound", str(path))
+    assert code in (1, 2)
+    assert err.count("\n") == 1
+
+
 def test_check(posreal):
     code, out, _ = posreal("check", "(s^2+s+1)/(s^2+s+4)")
     assert code == 0
@@ -191,7 +209,12 @@ def test_realise(posreal):
         (("realise", "default"), "no device by itself"),
         (("realise", "(s+1)/(s+2)", "--method", "magic"), "magic"),
         (("compare", "vertical-comfort", "--orders", "1,x"), "not a list of whole numbers"),
-        (("search", "vertical-comfort", "--elements", "2", "--at-most", "levers=1"), "unknown kind of element 'levers'"),
+        (("bound", "lateral-gauging"), "no valid bound"),
+        (("check-bound", "none.json"), "cannot read none.json"),
+        (
+            ("search", "vertical-comfort", "--elements", "2", "--at-most", "levers=1"),
+            "unknown kind of element 'levers'",
+        ),
         (("search", "vertical-comfort", "--elements", "2", "--plot", "/nowhere/x.png"), "/nowhere"),
         (("reproduce", "--figures", "/proc/nowhere/figures"), "cannot write figures"),
     ],

@@ -4,10 +4,11 @@ from posreal.design.bound import Bound
 from posreal.design.device import evaluate, read_design, read_device
 from posreal.design.layout import Layout, layout, layouts
 from posreal.design.optimise import optimise
-from posreal.design.problem import Constraint, Mounting, Problem, problem, problems
+from posreal.design.problem import Constraint, Mounting, Problem, limited, over_points, problem, problems
 from posreal.design.result import Design, metrics_to_dict
 from posreal.design.search import Search
 from posreal.design.synthesise import synthesise
+from posreal.design.user_problem import problem_from_plant
 
 __all__ = [
     "Bound",
@@ -20,9 +21,12 @@ __all__ = [
     "evaluate",
     "layout",
     "layouts",
+    "limited",
     "metrics_to_dict",
     "optimise",
+    "over_points",
     "problem",
+    "problem_from_plant",
     "problems",
     "read_design",
     "read_device",

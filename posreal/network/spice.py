@@ -7,6 +7,9 @@ so that the admittance F/v is the electrical one, I/V.
 
 SPICE adds up admittances at each node in doubles: where elements that meet differ by more than 1e10 at some
 frequency, its answer has lost digits there which `Network.__call__` and `nodal_value` still have.
+
+[Smith2002] M.C. Smith, Synthesis of mechanical networks: the inerter, IEEE Trans. Automatic Control 47 (2002)
+1648–1662.
 """
 
 from __future__ import annotations

@@ -1,14 +1,16 @@
 """The nearest positive-real device: repairs for what misses by rounding or by a little.
 
-- ``parallel``: Y + c with the smallest damper c, which is −min Re Y(jω); - ``series``: 1/(1/Y + 1/c) with
-the stiffest damper c; - ``projection``: poles kept (those in the right half plane mirrored), C and D of
-the state space changed least,
+- ``parallel``: Y + c with the smallest damper c, which is −min Re Y(jω);
+- ``series``: 1/(1/Y + 1/c) with the stiffest damper c;
+- ``projection``: poles kept (those in the right half plane mirrored), C and D of the state space changed least,
 
       minimise ‖ΔC W^½‖² + ΔD²   subject to   [[−AᵀP − PA, Cᵀ − PB], [C − BᵀP, D + Dᵀ]] ⪰ 0,  P ⪰ 0,
 
-  with W the controllability Gramian, so that ‖ΔC W^½‖ is the H2 norm of the change [GrivetTalocia2004].
-  What the solver leaves open, a last and smallest parallel damper closes, and the answer is positive real
-  by the exact test.
+  with W the controllability Gramian, so that ‖ΔC W^½‖ is the H2 norm of the change [GrivetTalocia2004]. What the
+  solver leaves open, a last and smallest parallel damper closes; the answer is positive real by the exact test.
+
+[GrivetTalocia2004] S. Grivet-Talocia, Passivity enforcement via perturbation of Hamiltonian matrices, IEEE Trans.
+Circuits and Systems I 51 (2004) 1755–1769.
 """
 
 from __future__ import annotations

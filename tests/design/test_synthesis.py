@@ -29,7 +29,7 @@ def assert_sound(result, rel=1e-6):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_quarter_car_optimum(order):
-    result = synthesise(problem("quarter-car"), order)
+    result = synthesise(problem("quarter-car"), order, starts=8)
     assert_sound(result)
     assert result.value == pytest.approx(QUARTER_CAR[order], abs=1e-6)
 
@@ -42,7 +42,7 @@ def test_matrix_inequalities_alone_on_the_quarter_car(order):
     assert {step.method for step in result.history} == {"start", "bmi"}
 
 
-@pytest.mark.parametrize(("order", "target"), [(1, 1.9614), (2, 1.9217)])
+@pytest.mark.parametrize(("order", "target"), [(1, 1.9614), pytest.param(2, 1.9217, marks=pytest.mark.long)])
 def test_matrix_inequalities_alone_on_the_side_view(order, target):
     result = synthesise(problem("vertical-comfort"), order, method="bmi", starts=1)
     assert_sound(result)
@@ -50,7 +50,7 @@ def test_matrix_inequalities_alone_on_the_side_view(order, target):
 
 
 def test_default_on_the_side_view():
-    result = synthesise(problem("vertical-comfort"), 2, starts=6)
+    result = synthesise(problem("vertical-comfort"), 2, starts=4)
     assert_sound(result)
     assert result.value <= 1.92163
     assert result.reached_by("bmi") is not None
@@ -216,9 +216,9 @@ def test_matrix_inequalities_alone_at_order_3():
 @pytest.mark.long
 def test_side_view_up_to_order_8_never_rises():
     """Each order by itself, with the same few starts: the figure falls, or rests where no more is to be had."""
-    found = [synthesise(problem("vertical-comfort"), order, starts=6) for order in range(9)]
+    found = [synthesise(problem("vertical-comfort"), order, starts=3) for order in (0, 2, 4, 6, 8)]
     values = [result.value for result in found]
     assert all(later <= earlier * (1 + 1e-9) for earlier, later in itertools.pairwise(values))
-    assert values[4] <= 1.8595
+    assert values[2] <= 1.8595
     for result in found:
         assert_sound(result, rel=1e-5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
@@ -74,6 +75,61 @@ def test_sector_inequality_agrees_with_the_poles(seed):
     X = np.real(np.linalg.inv(vectors @ vectors.conj().T))
     for damping, holds in ((least - 1e-3, True), (least + 1e-3, False)):
         assert (np.linalg.eigvalsh(inequalities.sector(X @ A, damping)).min() > 0) == holds
+
+
+def test_one_step_has_the_optimum_that_cvxpy_finds():
+    """Every inequality written out as [PS2006] prints it, in cvxpy, around the same device in the same ball.
+
+    minimise trace BwᵀX Bw   subject to
+    [[M + Mᵀ, Cclᵀ], [Ccl, −I]] ⪯ 0,            M = X0 Acl(K) + (X − X0) Acl0     (H2, X Acl linearised)
+    [[Aᵀ + A, B − Cᵀ], [Bᵀ − C, −D − Dᵀ]] ⪯ 0                                     (PR at P = I)
+    [[sin θ (N + Nᵀ), cos θ (Nᵀ − N)], [·, sin θ (N + Nᵀ)]] ⪯ 0,   N likewise with Xd   (damping ratio ≥ cos θ)
+    ‖(K − K0)/size‖ ≤ r
+    """
+    quarter = problem("quarter-car")
+    plant = generalised_plant(quarter, reference(quarter))
+    form = random_port_hamiltonian(1, np.random.default_rng(4)).state_space()
+    K0 = {"A": form.A, "B": form.B, "C": form.C, "D": form.D}
+    A0, C0 = plant.closed(*K0.values())
+    n, radius = len(A0), 0.1
+    Bw = np.vstack([plant.Bw, np.zeros((1, 1))])
+    X0 = solve_continuous_lyapunov(A0.T, -C0.T @ C0)
+    poles, vectors = np.linalg.eig(A0)
+    Xd0 = np.real(np.linalg.inv(vectors @ vectors.conj().T))
+    zeta = 0.9 * (-poles.real / np.abs(poles)).min()
+
+    def ours(u):
+        return plant.closed(u["A"], u["B"], u["C"], u["D"])
+
+    built = semidefinite.minimise(
+        {**{name: Shape(1, 1) for name in K0}, "X": Shape(n, n, symmetric=True), "Xd": Shape(n, n, symmetric=True)},
+        lambda u: np.trace(Bw.T @ u["X"] @ Bw, axis1=-2, axis2=-1),
+        [
+            lambda u: inequalities.h2(inequalities.linearised(u["X"], ours(u)[0], X0, A0), ours(u)[1]),
+            lambda u: inequalities.positive_real(u["A"], u["B"], u["C"], u["D"]),
+            lambda u: inequalities.sector(inequalities.linearised(u["Xd"], ours(u)[0], Xd0, A0), zeta),
+        ],
+        semidefinite.Ball(K0, radius, np.zeros((4, 4))),
+    )
+    found = (Bw.T @ built.unknowns["X"] @ Bw).item()
+
+    A, B, C, D = (cp.Variable((1, 1)) for _ in range(4))
+    X, Xd = cp.Variable((n, n), symmetric=True), cp.Variable((n, n), symmetric=True)
+    Acl = cp.bmat([[plant.A + plant.Bu @ D @ plant.Cy, plant.Bu @ C], [B @ plant.Cy, A]])
+    Ccl = cp.hstack([plant.Cz + plant.Dzu @ D @ plant.Cy, plant.Dzu @ C])
+    M, N = X0 @ Acl + (X - X0) @ A0, Xd0 @ Acl + (Xd - Xd0) @ A0
+    sin, cos = np.sqrt(1 - zeta**2), zeta
+    blocks = [
+        cp.bmat([[M + M.T, Ccl.T], [Ccl, -np.eye(1)]]),
+        cp.bmat([[A.T + A, B - C.T], [B.T - C, -D - D.T]]),
+        cp.bmat([[sin * (N + N.T), cos * (N.T - N)], [cos * (N - N.T), sin * (N + N.T)]]),
+    ]
+    sizes = {name: max(1.0, abs(value.item())) for name, value in K0.items()}
+    step = cp.hstack([(v - K0[k])[0, 0] / sizes[k] for k, v in zip("ABCD", (A, B, C, D), strict=True)])
+    below = [(block + block.T) / 2 << 0 for block in blocks]
+    oracle = cp.Problem(cp.Minimize(cp.trace(Bw.T @ X @ Bw)), [*below, cp.norm(step) <= radius])
+    assert oracle.solve(solver=cp.CLARABEL) == pytest.approx(found, rel=1e-6)
+    assert found < (Bw.T @ X0 @ Bw).item()
 
 
 def test_linearised_product_is_exact_to_first_order():

@@ -1,4 +1,7 @@
-"""Synthesis beyond one mean square: peaks, gains, sums, the worst of several, limits, freedoms, a user's own plant."""
+"""Synthesis beyond one mean square: peaks, gains, sums, the worst of several, limits, freedoms, a user's own plant.
+
+[DenHartog1956] J.P. Den Hartog, Mechanical Vibrations, 4th edition, McGraw-Hill (1956), section 3.3.
+"""
 
 from __future__ import annotations
 
@@ -152,7 +155,7 @@ def test_a_freedom_or_an_order_more_never_costs():
     freedoms = [(False, False), (True, False), (False, True), (True, True)]
     value = {
         (order, *freedom): synthesise(quarter, order, starts=1, spring=freedom[0], inerter=freedom[1]).value
-        for order in (0, 1, 2)
+        for order in (0, 1)
         for freedom in freedoms
     }
     for (order, spring, inerter), J in value.items():

@@ -10,6 +10,9 @@ The last is the inverse Laplace transform on a line to the right of all poles, w
 trapezoidal rule of step Δ aliases y(t + 2π/Δ) in, smaller by e^{−2πσ/Δ} [AbateWhitt1992], so it is exact to that.
 A maximum is given as its few largest local maxima, one number each: a search that lowers the first may raise the
 second, and wants to know.
+
+[AbateWhitt1992] J. Abate, W. Whitt, The Fourier-series method for inverting transforms of probability distributions,
+Queueing Systems 10 (1992) 5–87.
 """
 
 from __future__ import annotations

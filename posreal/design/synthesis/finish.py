@@ -3,7 +3,9 @@
     minimise J(Y(θ)),   dJ/dθ = Re Σₖ gₖ ∂Y(sₖ)/∂θ,   g = dJ/dY
 
 with θ in :class:`Chart` and g from the closed vehicle's port, delays exact. The matrix inequality P = I of
-:mod:`.bmi` is a square here, so nothing constrains the search and it converges superlinearly [BFGS].
+:mod:`.bmi` is a square here, so nothing constrains the search and it converges superlinearly [NocedalWright2006].
+
+[NocedalWright2006] J. Nocedal, S.J. Wright, Numerical Optimization, 2nd edition, Springer (2006), chapter 6.
 """
 
 from __future__ import annotations
