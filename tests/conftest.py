@@ -1,5 +1,7 @@
 """Drawn examples take as long as the machine is busy, so none has a deadline; failures print how to repeat them."""
 
+import numpy  # noqa: F401  (the limit below reaches only libraries that are loaded)
+import scipy.linalg  # noqa: F401
 from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 

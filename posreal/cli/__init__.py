@@ -11,7 +11,6 @@ import sys
 from typing import Annotated
 
 import typer
-from threadpoolctl import threadpool_limits
 
 from posreal import __version__
 from posreal.cli import bounds, designs, devices, listings, searches
@@ -61,9 +60,7 @@ app.command()(designs.reproduce)
 def main() -> None:
     """Entry point of the ``posreal`` command."""
     try:
-        # The matrices are small: threads of the linear algebra library would only wait for one another.
-        with threadpool_limits(1):
-            app()
+        app()
     except PosrealError as error:
         print(f"posreal: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

@@ -64,8 +64,6 @@ def realise(
     from posreal.realise import realise as build
 
     check_paths(write)
-    if width < 40:
-        raise BadInput(f"--width {width}: a diagram needs 40 columns or more")
     if tolerance is None and over is not None:
         raise BadInput("--band says where a --tolerance holds; give both")
     ends = {"k_min": k_min, "k_max": k_max, "c_min": c_min, "c_max": c_max, "b_min": b_min, "b_max": b_max}

@@ -30,7 +30,7 @@ Stiffness = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Ascii = Annotated[bool, typer.Option("--ascii", help="Draw with ASCII characters only.")]
-Width = Annotated[int, typer.Option(min=20, max=1000, help="Columns that a diagram may take.")]
+Width = Annotated[int, typer.Option(min=40, max=1000, help="Columns that a diagram may take.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of all random choices.")]
 Jobs = Annotated[int, typer.Option(help="Processes that work side by side; -1 for all cores.")]
 Starts = Annotated[int, typer.Option(min=1, max=10_000, help="Local searches.")]

@@ -24,6 +24,7 @@ from posreal.design.layout import Layout
 from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.result import Design
+from posreal.design.threads import one_thread
 from posreal.errors import Infeasible, PosrealError
 from posreal.vehicle import PlanView, damping
 from posreal.vehicle.metrics import SPEEDS, curve_peak, lateral_poles
@@ -197,6 +198,7 @@ def _screened(station: _Station, count: int, seed: int) -> Iterator[Array]:
         yield from points[np.argsort(scores)[:count]]
 
 
+@one_thread
 def optimise(
     problem: Problem,
     layout: Layout,

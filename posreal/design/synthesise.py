@@ -8,8 +8,10 @@ from typing import Any
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis import synthesise as search
+from posreal.design.threads import one_thread
 
 
+@one_thread
 def synthesise(
     problem: Problem,
     order: int,

@@ -12,12 +12,14 @@ from posreal.design.bound.ports import Figure, figure
 from posreal.design.bound.result import Bound
 from posreal.design.problem import Problem
 from posreal.design.result import Design
+from posreal.design.threads import one_thread
 from posreal.errors import BadInput
 
 _MOST_POINTS = 201
 _LEFT = 1e-10  # relative; another machine may round the vehicle's matrices otherwise
 
 
+@one_thread
 def bound(
     subject: Problem | Figure,
     *,

@@ -32,6 +32,7 @@ from posreal.design.search.topologies import Form, key, letters, topologies
 from posreal.design.search.tradeoff import require_metric, tradeoff
 from posreal.design.search.values import Found, Settings, best_values, coarse, is_smooth
 from posreal.design.search.workers import Workers, workers
+from posreal.design.threads import one_thread
 from posreal.errors import BadInput
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
@@ -43,6 +44,7 @@ _OFF = 2.5  # decades from the unit of the element that the limit lost
 _CHUNK = 8  # topologies handed out at a time
 
 
+@one_thread
 def search(
     problem: Problem,
     elements: int,

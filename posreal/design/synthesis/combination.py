@@ -133,6 +133,8 @@ def synthesise(
         If no device was found that keeps the constraints.
     """
     _validated(problem, order, method, starts, spring, inerter)
+    if jobs == 0 or jobs < -1:
+        raise BadInput(f"jobs is {jobs}; give the number of processes, or -1 for all cores")
     clock = time.monotonic()
     scale = reference(problem)
     search = Search(Judge(problem, scale), jobs, progress or (lambda text: None))
@@ -251,16 +253,19 @@ def _reported(
             break
         # the search's quadrature saw the limit kept: ask for the part that the metric's own wants
         factors = {name: search.judge.shrunk.get(name, 1.0) * factor for name, factor in missed.items()}
-        before = search.best, search.value
+        before = search.best, search.value, search.history
         search.judge = replace(search.judge, shrunk={**search.judge.shrunk, **factors})
-        search.value = np.inf
+        search.value, search.history = np.inf, []
         try:
             local(search, order, 1, *freedoms, [search.best], np.random.default_rng(plan.seed), "limits")
         except KeyboardInterrupt:
             interrupted = True
-        if not search.value < np.inf:
-            search.best, search.value = before
-            interrupted = True
+            search.note("interrupted: this is the best device found until then")
+        if search.value < np.inf:
+            search.history = [step for step in before[2] if step.value > search.history[0].value] + search.history
+        else:
+            search.best, search.value, search.history = before
+            interrupted = True  # nothing to gain from another round
     value = metrics[problem.objective].value
     if note:
         search.note(note)

@@ -67,23 +67,30 @@ def shaken(chart: Chart, device: PortHamiltonian, rng: np.random.Generator, stre
 
 
 def resonant(device: PortHamiltonian, order: int, rng: np.random.Generator) -> PortHamiltonian:
-    """The device with resonators beside it, up to an order; one more state of its own if an odd one is left.
+    """The device with resonators beside it or in series with its damper, up to an order.
 
-        J = [[0, −ω], [ω, 0]],   R = diag(2ζω, 0),   G = (√(2ζω g), 0):   Y = 2ζω g s/(s² + 2ζω s + ω²),  g at ω
+        beside:     J = [[0, −ω], [ω, 0]],  R = diag(2ζω, 0),  G = (√(2ζω g), 0):   adds 2ζω g s/(s² + 2ζω s + ω²)
+        in series:  the column of L that holds √S goes on as √(2ζω) in the state:   S → S (s² + ω²)/(s² + 2ζω s + ω²)
 
-    Vehicles that hunt or bounce at a frequency ask for a device that knows it; states coupled weakly at random
-    rates (:func:`lifted`) rarely find one.
+    Vehicles that hunt or bounce at a frequency ask for a device that is stiff there, or soft; states coupled weakly at
+    random rates (:func:`lifted`) rarely become one. If an odd state is left over, it is such a one.
     """
     if (order - device.order) % 2:
         device = lifted(device, device.order + 1, rng)
     n, m = order, device.order
-    J, G, L = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((n + 1, device.L.shape[1] + n - m))
+    wide = device.L.shape[1]
+    J, G, L = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((n + 1, wide + n - m))
     J[:m, :m], G[:m] = (device.J - device.J.T) / 2, device.G
-    L[:m, : device.L.shape[1]], L[n, : device.L.shape[1]] = device.L[:m], device.L[m]
+    L[:m, :wide], L[n, :wide] = device.L[:m], device.L[m]
+    direct = int(np.argmax(np.abs(L[n])))
     for i in range(m, n, 2):
         omega, zeta, gain = 10.0 ** rng.uniform((-0.5, -1.5, -1.5), (1.5, 0.0, 0.5))
         J[i, i + 1], J[i + 1, i] = -omega, omega
-        L[i, device.L.shape[1] + i - m] = np.sqrt(2 * zeta * omega)
-        G[i, 0] = np.sqrt(2 * zeta * omega * gain)
-        L[i + 1, device.L.shape[1] + i + 1 - m] = 0.01
+        if rng.random() < 0.5:
+            L[i, direct] = np.sqrt(2 * zeta * omega)
+            L[i, wide + i - m] = 0.1
+        else:
+            L[i, wide + i - m] = np.sqrt(2 * zeta * omega)
+            G[i, 0] = np.sqrt(2 * zeta * omega * gain)
+        L[i + 1, wide + i + 1 - m] = 0.01
     return PortHamiltonian(J, G, L, device.k, device.b)
