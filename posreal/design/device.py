@@ -18,6 +18,7 @@ from typing import Any
 from posreal.admittance import Rational
 from posreal.admittance.device import as_rational
 from posreal.admittance.positive_real import require
+from posreal.design.guard import guarded
 from posreal.design.layout import layout
 from posreal.design.optimise import evaluate_layout
 from posreal.design.problem import Problem
@@ -56,7 +57,7 @@ def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Desi
     metrics = problem.metrics(problem.port(admittance))
     values = {} if network is None else network.values()
     name = label or ("default" if device is None else str(device))
-    return Design(name, problem, admittance, metrics, network=network, parameters=values)
+    return guarded(Design(name, problem, admittance, metrics, network=network, parameters=values))
 
 
 def read_design(problem: Problem, words: Sequence[str]) -> Design:
@@ -91,7 +92,8 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
     tuned = problem.with_vehicle(vehicle)  # type: ignore[arg-type]
     if chosen is not None:
         values = {name: _element_value(name, value) for name, value in elements.items()}
-        return evaluate_layout(tuned, chosen, values, vehicle={name: getattr(tuned.vehicle, name) for name in vehicle})
+        given = {name: getattr(tuned.vehicle, name) for name in vehicle}
+        return guarded(evaluate_layout(tuned, chosen, values, vehicle=given))
     return evaluate(tuned, read_device(text))
 
 

@@ -20,6 +20,7 @@ from joblib import Parallel, delayed
 from scipy.optimize import minimize
 
 from posreal.admittance.state_space import StateSpace, state_space
+from posreal.design.guard import guarded
 from posreal.design.layout import Layout
 from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
@@ -256,16 +257,18 @@ def optimise(
         )
     best = min(candidates, key=lambda design: design.objective.value)
     agreed = sum(design.objective.value <= best.objective.value * 1.001 for design in candidates)
-    return replace(
-        best,
-        found={
-            "method": "SLSQP on element values, exact gradients",
-            "starts": starts,
-            "agreed": agreed,
-            "seed": seed,
-            "seconds": round(time.perf_counter() - began, 2),
-            "at_bounds": _at_bounds(station, best.parameters),
-        },
+    return guarded(
+        replace(
+            best,
+            found={
+                "method": "SLSQP on element values, exact gradients",
+                "starts": starts,
+                "agreed": agreed,
+                "seed": seed,
+                "seconds": round(time.perf_counter() - began, 2),
+                "at_bounds": _at_bounds(station, best.parameters),
+            },
+        )
     )
 
 

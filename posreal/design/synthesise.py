@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from posreal.design.guard import guarded
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis import synthesise as search
@@ -46,19 +47,21 @@ def synthesise(
     )
     reached = {name: result.reached_by(name) for name in ("bmi", "ph")}
     beside = [name for name, allowed in (("spring", spring), ("inerter", inerter)) if allowed]
-    return Design(
-        " + ".join([f"order {order}", *beside]),
-        problem.with_vehicle(result.parameters),
-        result.device,
-        result.metrics,
-        parameters=dict(result.parameters),
-        found={
-            "method": result.method,
-            **{f"reached_by_{name}": value for name, value in reached.items() if value is not None},
-            "starts": result.starts,
-            "agreed": result.agreeing,
-            "seed": result.seed,
-            "seconds": round(result.seconds, 2),
-            "notes": list(result.notes),
-        },
+    return guarded(
+        Design(
+            " + ".join([f"order {order}", *beside]),
+            problem.with_vehicle(result.parameters),
+            result.device,
+            result.metrics,
+            parameters=dict(result.parameters),
+            found={
+                "method": result.method,
+                **{f"reached_by_{name}": value for name, value in reached.items() if value is not None},
+                "starts": result.starts,
+                "agreed": result.agreeing,
+                "seed": result.seed,
+                "seconds": round(result.seconds, 2),
+                "notes": list(result.notes),
+            },
+        )
     )

@@ -214,7 +214,9 @@ def _best(
             if reached is not None:
                 break
     known += [] if reached is None else [reached]
-    done[key] = local(search, order, starts, spring, inerter, known, rng, "ph" if asked else "lower order")
+    bases = [found for (lower, *freedom), found in done.items() if lower <= order - 2 and freedom == [spring, inerter]]
+    said = "ph" if asked else "lower order"
+    done[key] = local(search, order, starts, spring, inerter, known, rng, said, bases)
     return done[key]
 
 

@@ -31,6 +31,7 @@ def local(
     begun: Sequence[Candidate],
     rng: np.random.Generator,
     method: str,
+    bases: Sequence[Candidate] = (),
 ) -> Candidate:
     """The best device of an order that local searches reach.
 
@@ -46,6 +47,8 @@ def local(
     rng : numpy.random.Generator
     method : str
         Named in the history.
+    bases : sequence of Candidate
+        Of lower order still, to put resonators on.
     """
     charts = faces(order, spring=spring, inerter=inerter)
     found: list[Found] = []
@@ -60,7 +63,7 @@ def local(
                 search.progress(f"order {order}, {len(found)} starts: {best:.6g}")
         return [value for value, _, _ in found[first:]]
 
-    landed = run([*_known(charts, begun, rng), *_fresh(search, charts, begun, starts, rng)])[-starts:]
+    landed = run([*_known(charts, begun, rng), *_fresh(search, charts, [search.first, *bases], starts, rng)])[-starts:]
     pool = _distinct(found)[:POOL]
     rest = starts if order else 0
     while rest > 0 and pool:
@@ -86,20 +89,19 @@ def _known(charts: Sequence[Chart], begun: Sequence[Candidate], rng: np.random.G
 
 
 def _fresh(
-    search: Search, charts: tuple[Chart, ...], begun: Sequence[Candidate], count: int, rng: np.random.Generator
+    search: Search, charts: tuple[Chart, ...], bases: Sequence[Candidate], count: int, rng: np.random.Generator
 ) -> list[Task]:
     """Random devices; where a damping has to be kept, which few do, two of three are known ones with resonators."""
     tasks: list[Task] = []
     random = random_starts(charts, rng)
-    bases = [start for start in begun if math.isfinite(search.judge.measure(start))]
+    bases = [base for base in bases if base.device.order <= charts[0].order - 2]
     for number in range(count):
         chart, device = next(random)
         parameters: Mapping[str, float] = search.judge.nominal
         if search.judge.least_damping is not None and bases and number % 3:
-            base = bases[number % len(bases)]
-            if base.device.order < charts[0].order:
-                chart, parameters = charts[0], base.parameters
-                device = resonant(_within(base.device, chart), chart.order, rng)
+            base = bases[number // 3 % len(bases)]
+            chart, parameters = charts[0], base.parameters
+            device = resonant(_within(base.device, chart), chart.order, rng)
         tasks.append((chart, Candidate(device, _retuned(search, parameters, rng)), *QUICK))
     return tasks
 
