@@ -12,6 +12,7 @@ from posreal.cli.options import (
     AsJson,
     DeviceWords,
     Jobs,
+    Limit,
     Objective,
     Position,
     ProblemName,
@@ -20,6 +21,7 @@ from posreal.cli.options import (
     Stiffness,
     VehicleFile,
     Width,
+    WorstCase,
     Write,
     job_count,
     orders,
@@ -118,12 +120,19 @@ def synthesise(
     order: Annotated[int, typer.Option(min=0, max=12, help="McMillan degree of the device.")],
     method: Annotated[str, typer.Option(help="auto, or bmi for the iterated SDPs alone.")] = "auto",
     realise: Annotated[bool, typer.Option(help="Realise the device as a network.")] = True,
+    spring: Annotated[
+        bool, typer.Option("--spring", help="A free spring beside the device, on top of the order.")
+    ] = False,
+    inerter: Annotated[bool, typer.Option("--inerter", help="A free inerter beside it, likewise.")] = False,
+    limit: Limit = None,
+    worst_case: WorstCase = None,
     vehicle: VehicleFile = None,
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
     starts: Annotated[int | None, typer.Option(min=1, max=10_000, help="Local searches.")] = None,
     seed: Seed = 0,
+    jobs: Jobs = 1,
     write: Write = None,
     as_json: AsJson = False,
     ascii: Ascii = False,
@@ -134,9 +143,19 @@ def synthesise(
     from posreal.study.strut import mounted, realised
 
     check_paths(write)
-    question = posed(problem, vehicle, position, objective, stiffness)
+    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
     with progress() as say:
-        design = search(question, order, method=method, starts=starts, seed=seed, progress=say)
+        design = search(
+            question,
+            order,
+            method=method,
+            starts=starts,
+            seed=seed,
+            spring=spring,
+            inerter=inerter,
+            jobs=job_count(jobs),
+            progress=say,
+        )
         if realise:
             say("realising the admittance as a network")
             built, realisation = realised(design)

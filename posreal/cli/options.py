@@ -39,6 +39,17 @@ Write = Annotated[
     typer.Option("--write", metavar="FILE", help="Write the network too: .png .svg .cir .tex .txt or .net."),
 ]
 
+Limit = Annotated[
+    list[str] | None,
+    typer.Option("--limit", metavar="METRIC=VALUE", help="A metric that may not exceed a value, in its unit."),
+]
+WorstCase = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--worst-case", metavar="NAME=VALUE,…", help="Another operating point; the worst over all is minimised."
+    ),
+]
+
 DEVICE_FIRST = {"ignore_unknown_options": True}
 """Settings of a command whose device may start with a minus sign; see :func:`words`."""
 
@@ -49,12 +60,37 @@ def posed(
     position: str | None = None,
     objective: str | None = None,
     stiffness: str | None = None,
+    limit: list[str] | None = None,
+    worst_case: list[str] | None = None,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.design import problem
+    from posreal.design.search import read_limits
 
     k = None if stiffness is None else number("--stiffness", stiffness, "N/m")
-    return problem(name, position=position, objective=objective, stiffness=k, vehicle_file=vehicle)
+    return problem(
+        name,
+        position=position,
+        objective=objective,
+        stiffness=k,
+        vehicle_file=vehicle,
+        limits=read_limits(limit) if limit else None,
+        worst_case=[_point(text) for text in worst_case or ()],
+    )
+
+
+def _point(text: str) -> dict[str, float | str]:
+    """``V=40,mv=42 t`` as vehicle parameters."""
+    found: dict[str, float | str] = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not (name and equals and value):
+            raise BadInput(f"--worst-case {text!r} is not an operating point such as V=40 or V=40,mv=42000")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            found[name] = value
+    return found
 
 
 def number(option: str, text: str, unit: str) -> float:
