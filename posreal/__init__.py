@@ -21,6 +21,7 @@ from posreal.design import (
     layouts,
     optimise,
     problem,
+    problem_from_plant,
     problems,
     synthesise,
 )
@@ -93,6 +94,7 @@ __all__ = [
     "pareto",
     "parse",
     "problem",
+    "problem_from_plant",
     "problems",
     "realise",
     "realise_all",

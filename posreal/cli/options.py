@@ -23,8 +23,13 @@ DeviceWords = Annotated[
 VehicleFile = Annotated[
     Path | None, typer.Option("--vehicle", metavar="FILE", help="TOML file that overrides vehicle parameters.")
 ]
-Position = Annotated[str | None, typer.Option(help="Where ride counts in vertical-comfort: L, M or T.")]
-Objective = Annotated[str | None, typer.Option(help="What quarter-car minimises: J1 or J3.")]
+Position = Annotated[str | None, typer.Option(help="Where ride counts in vertical-comfort: L, M, T or worst.")]
+Objective = Annotated[
+    str | None,
+    typer.Option(
+        help="What quarter-car minimises: J1, J3, gain_acceleration, gain_tyre_force, or a sum such as 'J1 + 0.001*J3'."
+    ),
+]
 Stiffness = Annotated[
     str | None, typer.Option(help="Static stiffness of quarter-car: a number in N/m, or with a unit.")
 ]

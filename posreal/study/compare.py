@@ -166,7 +166,7 @@ def compare(
     warm: list[Any] = []
     for order in orders:
         say(f"synthesising order {order}")
-        design = synthesise(problem, order, seed=seed, warm=warm, progress=progress)
+        design = synthesise(problem, order, seed=seed, warm=warm, jobs=jobs, progress=progress)
         warm.append(design.device)
         say(f"realising order {order}")
         rows.append(realised(design)[0])

@@ -40,6 +40,8 @@ def mounted(problem: Problem, network: Network) -> Network:
     vehicle = problem.vehicle
     if isinstance(vehicle, SideView):
         return Spring(Fraction(vehicle.bush), "k_bush") + network
+    if "static spring" not in problem.roles:  # a plant of the user's, which knows of no spring by name
+        return network
     static = Fraction(getattr(vehicle, problem.roles["static spring"]))
     return Spring(static, "k_static") | network
 
