@@ -36,8 +36,8 @@ _WHY = {
         "here, and the optimum leaves it out, which gives the printed 0.2204.",
     ),
     3: (
-        "At two rows of printed (rounded) parameters Macc exceeds the default's 0.22037 (S3 secondary 0.2213, S1 with the "
-        "primary 0.2206), so those points are not quite feasible; our optima meet both constraints at every speed.",
+        "At two rows of printed (rounded) parameters Macc exceeds the default's 0.22037 (S3 secondary 0.2213, S1 with "
+        "the primary 0.2206), so those points are not quite feasible; our optima meet both constraints at every speed.",
     ),
     6: (
         "The paper prints k in kN/m; only N/m gives its figures: 5 MN/m is the bush, 1.5 MN/m the spring of S7.",
