@@ -141,6 +141,13 @@ def test_search(posreal):
     assert set(front[0]) >= {"elements", "objective", "notation", "metrics", "equivalent"}
 
 
+def test_the_front_of_a_whole_band_figure_has_its_bound(posreal):
+    document = json.loads(posreal("search", "quarter-car", "--elements", "1", "--json")[1])
+    assert 1.40 < document["bound"] < document["front"][0]["objective"]
+    banded = json.loads(posreal("search", "vertical-comfort", "--elements", "1", "--json")[1])
+    assert banded["bound"] is None  # J1z ends at 20 Hz, and bounds are over the whole band
+
+
 def test_bound_and_its_certificate(posreal, tmp_path):
     path = tmp_path / "proof.json"
     words = ("quarter-car", "--points", "21", "--omega0", "20", "--device", "S3 c=3224 b=333", "--save", str(path))

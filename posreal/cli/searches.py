@@ -58,6 +58,7 @@ def search(
     ascii: Ascii = False,
 ) -> None:
     """Find the best networks of up to so many elements: what every further part buys."""
+    from posreal.design.bound import bound as prove
     from posreal.design.search import read_at_most, read_bounds, read_limits
     from posreal.design.search import search as find
     from posreal.study.pareto import pareto, writable_picture
@@ -82,7 +83,11 @@ def search(
             checkpoint=checkpoint,
             progress=say,
         )
-        front = pareto(found, orders=compared, seed=seed, progress=say)
+        floor = None
+        if question.objective in ("J1", "J3"):  # the figures that are over the whole band, as bounds are
+            say("proving a bound")
+            floor = prove(question, effort=0, progress=say).value
+        front = pareto(found, orders=compared, bound=floor, seed=seed, progress=say)
     if plot is not None:
         front.draw(plot)
     if as_json:
