@@ -26,7 +26,7 @@ from scipy.linalg import LinAlgError, solve_continuous_lyapunov
 from scipy.optimize import differential_evolution
 
 from posreal.admittance import StateSpace, random_port_hamiltonian
-from posreal.design.problem import problem
+from posreal.design.named import problem
 from posreal.design.synthesis import synthesise
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate, Criterion

@@ -1,10 +1,13 @@
 """What is wanted, and the searches for it: problems, layouts and their best values, synthesis."""
 
 from posreal.design.bound import Bound
+from posreal.design.constraint import Constraint
 from posreal.design.device import evaluate, read_design, read_device
 from posreal.design.layout import Layout, layout, layouts
+from posreal.design.mounting import Mounting
+from posreal.design.named import limited, over_points, problem, problems
 from posreal.design.optimise import optimise
-from posreal.design.problem import Constraint, Mounting, Problem, limited, over_points, problem, problems
+from posreal.design.problem import Problem
 from posreal.design.result import Design, metrics_to_dict
 from posreal.design.search import Search
 from posreal.design.synthesise import synthesise

@@ -16,7 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from posreal.design.problem import Mounting, Problem, Vehicle
+from posreal.design.mounting import Mounting
+from posreal.design.problem import Problem, Vehicle
 from posreal.errors import BadInput
 from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, UserPlant, frequency, gain
 

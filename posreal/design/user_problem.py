@@ -20,7 +20,8 @@ from posreal.admittance.device import as_rational
 from posreal.admittance.positive_real import require
 from posreal.design.device import read_device
 from posreal.design.goal import Goal
-from posreal.design.problem import Problem, limited
+from posreal.design.named import limited
+from posreal.design.problem import Problem
 from posreal.errors import BadInput, listed
 from posreal.vehicle import Plant, UserPlant
 

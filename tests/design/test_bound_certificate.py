@@ -19,7 +19,8 @@ from posreal.design.bound.ports import enclosed
 from posreal.design.bound.record import from_dict
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import precision
-from posreal.design.problem import Problem, problem
+from posreal.design.named import problem
+from posreal.design.problem import Problem
 from posreal.errors import BadInput, PosrealError
 from posreal.vehicle.user_plant import UserPlant
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from posreal.admittance import Rational, check
-from posreal.design.problem import problem
+from posreal.design.named import problem
 from posreal.design.synthesis import Settings, synthesise
 from posreal.errors import BadInput, NotPositiveReal
 from posreal.vehicle.metrics import least_damping

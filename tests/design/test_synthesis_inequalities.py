@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 from posreal.admittance import Rational, check, random_port_hamiltonian
-from posreal.design.problem import problem
+from posreal.design.named import problem
 from posreal.design.synthesis import bmi, inequalities, semidefinite
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate, Criterion

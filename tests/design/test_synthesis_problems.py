@@ -18,7 +18,7 @@ import pytest
 
 from posreal.admittance import Rational, check
 from posreal.design import synthesise as design
-from posreal.design.problem import limited, problem
+from posreal.design.named import limited, problem
 from posreal.design.synthesis import synthesise
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.measured import figure_of
@@ -256,7 +256,7 @@ def test_a_plant_that_does_not_fit_is_refused(changes, says):
 def test_a_real_interrupt_returns_the_best_so_far():
     program = (
         "import sys\n"
-        "from posreal.design.problem import problem\n"
+        "from posreal.design.named import problem\n"
         "from posreal.design.synthesis import synthesise\n"
         "result = synthesise(problem('vertical-comfort'), 6, progress=lambda text: print(text, flush=True))\n"
         "print('VALUE', result.value, result.notes[0], flush=True)\n"

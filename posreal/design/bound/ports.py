@@ -26,7 +26,8 @@ from flint import arb, arb_mat, fmpq
 from posreal.admittance import Rational, exact, state_space
 from posreal.admittance.exact import to_fmpq
 from posreal.design.bound.space import Space, identity, precision
-from posreal.design.problem import Mounting, Problem
+from posreal.design.mounting import Mounting
+from posreal.design.problem import Problem
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.vehicle import PlanView, QuarterCar, SideView, covariance, gain
 from posreal.vehicle.plant import ClosedLoop, Plant, close

@@ -21,7 +21,9 @@ from posreal.admittance.exact import to_fmpq, to_text
 from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
-from posreal.design.problem import Mounting, Problem, problem, problems
+from posreal.design.mounting import Mounting
+from posreal.design.named import problem, problems
+from posreal.design.problem import Problem
 from posreal.errors import BadDevice, BadInput, listed
 from posreal.vehicle import QuarterCar
 from posreal.vehicle.plant import Plant, ShapingFilter

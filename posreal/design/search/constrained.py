@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import minimize
 
-from posreal.design.problem import Constraint, Problem
+from posreal.design.constraint import Constraint
+from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.ground import Ground, mean_square_metrics
 from posreal.design.search.lateral import LateralLoop

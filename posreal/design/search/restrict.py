@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 
-from posreal.design.problem import Constraint, Problem
+from posreal.design.constraint import Constraint
+from posreal.design.problem import Problem
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.optimize import minimize
 
-from posreal.design.problem import Range
+from posreal.design.constraint import Range
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate
 from posreal.design.synthesis.damping import Damping

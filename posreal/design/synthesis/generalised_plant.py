@@ -23,7 +23,8 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, svd
 
 from posreal.admittance import Rational, state_space
-from posreal.design.problem import Mounting, Problem
+from posreal.design.mounting import Mounting
+from posreal.design.problem import Problem
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
 from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
