@@ -202,7 +202,7 @@ def require(device: Device) -> Rational:
     witness = _pole_witness(y) or _real_part_witness(y, resistance.real_part(y)[0])
     if witness is not None:
         raise NotPositiveReal(
-            f"The admittance is not positive real: {witness}; nearest_positive_real repairs small misses.",
+            f"The admittance is not positive real: {witness}; nearest_positive_real (--repair) mends small misses.",
             witness,
         )
     return y
@@ -281,9 +281,9 @@ def _bad_residue(y: Rational, factor: fmpq_poly) -> AxisPole | None:
     def attempt() -> AxisPole | None:
         for z, _ in _negative_roots(factor):
             omega = (-z).sqrt()
-            bottom = 2 * _value(factor.derivative(), z) * _value(size, z)
-            re = _value(real, z) / bottom
-            im = -_value(imaginary, z) / (omega * bottom)
+            bottom = 2 * roots.value(factor.derivative(), z) * roots.value(size, z)
+            re = roots.value(real, z) / bottom
+            im = -roots.value(imaginary, z) / (omega * bottom)
             known_real = (imaginary % factor).degree() < 0
             if (known_real and re < 0) or (not known_real and not im.contains(0)):
                 return AxisPole(float(omega), 1, complex(float(re), 0.0 if known_real else float(im)))
@@ -296,17 +296,10 @@ def _positive_at_roots(p: fmpq_poly, factor: fmpq_poly) -> bool:
     """Whether p > 0 at every (real, negative) root of the factor; p is nonzero there."""
 
     def attempt() -> bool | None:
-        values = [_value(p, z) for z, _ in _negative_roots(factor)]
+        values = [roots.value(p, z) for z, _ in _negative_roots(factor)]
         return None if any(value.contains(0) for value in values) else all(value > 0 for value in values)
 
     return roots.settle(attempt)
-
-
-def _value(p: fmpq_poly, x: arb) -> arb:
-    total = arb(0)
-    for c in reversed(p.coeffs()):
-        total = total * x + arb(c)
-    return total
 
 
 def _right_half_plane_pole(d: fmpq_poly) -> RightHalfPlanePole:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from flint import acb, arb, ctx, fmpq, fmpq_poly, fmpz
 
 T = TypeVar("T")
+Ball = TypeVar("Ball", arb, acb)
 
 FIRST_PRECISION = 128  # bits
 LAST_PRECISION = 1 << 17
@@ -114,6 +115,14 @@ def is_hurwitz(p: fmpq_poly) -> bool:
         following = [u - ratio * v for u, v in zip(upper[1:], [*lower[1:], fmpq(0)], strict=False)]
         upper, lower = lower, following
     return True
+
+
+def value(p: fmpq_poly, x: Ball) -> Ball:
+    """p(x) for a real or a complex ball."""
+    total = type(x)(0)
+    for c in reversed(p.coeffs()):
+        total = total * x + type(x)(c)
+    return total
 
 
 def lower_end(ball: arb) -> fmpq:

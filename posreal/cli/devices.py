@@ -24,13 +24,13 @@ def check(device: DeviceWords, repair: Repair = None, as_json: AsJson = False) -
 
     admittance = as_rational(one_device(device))
     verdict = judge(admittance)
+    if not as_json:  # before a repair, which may be refused
+        print("\n  ".join([str(verdict), *verdict.facts()]))
     repaired = None if repair is None else nearest_positive_real(admittance, repair)
     if as_json:
         print_json(verdict.to_dict() | ({} if repaired is None else {"repair": repaired.to_dict()}))
-    else:
-        print("\n  ".join([str(verdict), *verdict.facts()]))
-        if repaired is not None:
-            print(f"{repaired}\n  {readable(repaired.device, 17)}")
+    elif repaired is not None:
+        print(f"{repaired}\n  {readable(repaired.device, 17)}")
     if not verdict:
         raise typer.Exit(1)
 

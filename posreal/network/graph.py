@@ -179,14 +179,18 @@ class NodalStep:
         y[self.slot] = 1 / self._solution(y, levers)[:, 0]
 
     def down(self, y: Array, a: Array, levers: Array, d_levers: Array) -> None:
-        solution = self._solution(y, levers)
-        x = np.zeros((len(solution), self._size + 1), dtype=complex)
-        x[:, 1:] = solution[:, : self._size] / solution[:, :1]
+        x, forces = self.motion(y, levers)
         drop = x[:, 1:] @ self._incidence.T
         a[self.children] = a[self.slot] * drop.T**2
         for j, (near, pivot, _) in enumerate(self._triples):
-            force = solution[:, self._size + j] / solution[:, 0]
-            d_levers[self._levers.start + j] = a[self.slot] * 2 * force * (x[:, pivot] - x[:, near])
+            d_levers[self._levers.start + j] = a[self.slot] * 2 * forces[:, j] * (x[:, pivot] - x[:, near])
+
+    def motion(self, y: Array, levers: Array) -> tuple[Array, Array]:
+        """The nodes' velocities and the levers' forces per unit of velocity at terminal 1, a row for each frequency."""
+        solution = self._solution(y, levers)
+        x = np.zeros((len(solution), self._size + 1), dtype=complex)
+        x[:, 1:] = solution[:, : self._size] / solution[:, :1]
+        return x, solution[:, self._size :] / solution[:, :1]
 
     def _solution(self, y: Array, levers: Array) -> Array:
         n, total = self._size, self._size + self._bars

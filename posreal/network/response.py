@@ -78,14 +78,33 @@ class Response:
         """Y at s, for values in the order of the network's names."""
         theta, points = self._read(values, s)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            y = self._up(theta, points.ravel())[0]
+            y = self._up(self._admittances(theta, points.ravel()), theta)[0]
         return y.reshape(points.shape) if points.ndim else y[0]
 
     def evaluate(self, values: ArrayLike, s: ArrayLike) -> tuple[Array, Array]:
         """Y at s and ∂Y/∂(log value) of every element; shapes as in `Network.evaluate`."""
         theta, points = self._read(values, s)
+        y, gradient = self._swept(self._admittances(theta, points.ravel()), theta)
+        return y.reshape(points.shape), gradient.reshape(self._count, *points.shape)
+
+    def joined(self, branches: Array) -> tuple[Array, Array]:
+        """Y and ∂Y/∂(log admittance) of every element, for elements of any kind but levers.
+
+        Parameters
+        ----------
+        branches : (len(network), P) complex
+            The elements' admittances, at P points that may differ in frequency, in values and in kinds.
+
+        Returns
+        -------
+        y : (P,) complex
+        dy : (len(network), P) complex
+        """
+        return self._swept(branches, np.empty(0))
+
+    def _swept(self, branches: Array, theta: Array) -> tuple[Array, Array]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            y = self._up(theta, points.ravel())
+            y = self._up(branches, theta)
             a = np.empty_like(y)
             a[0] = 1
             d_levers = np.zeros((self._count, y.shape[1]), dtype=complex)
@@ -94,15 +113,18 @@ class Response:
             gradient = np.empty((self._count, y.shape[1]), dtype=complex)
             gradient[self._branches] = a[self._slots] * y[self._slots]
             gradient[self._levers] = d_levers[self._levers] * theta[self._levers, None]
-        return y[0].reshape(points.shape), gradient.reshape(self._count, *points.shape)
+        return y[0], gradient
 
-    def _up(self, theta: Array, s: Array) -> Array:
-        y = np.empty((self._size, s.size), dtype=complex)
-        powers = np.stack([1 / s, np.ones_like(s), s])
-        y[self._slots] = theta[self._branches, None] * powers[self._powers]
+    def _up(self, branches: Array, theta: Array) -> Array:
+        y = np.empty((self._size, branches.shape[1]), dtype=complex)
+        y[self._slots] = branches
         for step in self._steps:
             step.up(y, theta)
         return y
+
+    def _admittances(self, theta: Array, s: Array) -> Array:
+        powers = np.stack([1 / s, np.ones_like(s), s])
+        return np.asarray(theta[self._branches, None] * powers[self._powers])
 
     def _read(self, values: ArrayLike, s: ArrayLike) -> tuple[Array, Array]:
         theta = np.asarray(values, dtype=float)

@@ -2,6 +2,10 @@
 
 A typed decimal is what it says, 0.3 = 3/10, and a float is taken as the shortest decimal that names it, the
 one Python prints: ``Spring(0.3)`` and ``parse("k=0.3")`` are one spring, and the float comes back exactly.
+
+A coefficient of a `Rational` is different: there a float is the binary fraction it is, 0.3 = 5404319552844595/2^54,
+because on it hangs whether a computed admittance is positive real. Element values have no such edge (any positive ones
+do), but are read and written by people, and as binary fractions they would print with fifty digits.
 """
 
 from __future__ import annotations

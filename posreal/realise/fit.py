@@ -18,8 +18,8 @@ from posreal.errors import BadInput
 from posreal.network import Network
 from posreal.realise.elements import revalued
 
-STARTS = 4
-STEPS = 80
+STARTS = 2  # besides the values given
+STEPS = 80  # evaluations a start may take
 REACHED = 1e-9  # misfit with which to stop trying further starts
 LARGEST_LOG = 300.0  # values beyond e^±300 are no elements
 
@@ -63,44 +63,27 @@ class Limits:
 
 
 def fitted(
-    topology: Network,
-    y: Rational,
-    omega: NDArray[np.float64],
-    *,
-    limits: Limits | None = None,
-    starts: int = STARTS,
-    seed: int = 0,
-    enough: float = REACHED,
-    steps: int = STEPS,
-    first: Network | None = None,
-) -> tuple[Network, float]:
-    """The best-fitting values found and the largest |Y_network/Y − 1| over the frequencies `omega`.
+    network: Network, y: Rational, omega: NDArray[np.float64], limits: Limits | None = None, seed: int = 0
+) -> Network:
+    """The network with the best-fitting values found.
 
     Parameters
     ----------
-    topology : Network
-        Values, if any, are ignored.
+    network : Network
+        With values to begin the first start from.
     y : Rational
         The device.
     omega : array
         Frequencies in rad/s, ascending.
     limits : Limits, optional
         Least and greatest values of each kind of element.
-    starts, seed : int
-        How many starts, drawn about the device's own size from this seed.
-    enough : float
-        Misfit with which to stop trying further starts.
-    steps : int
-        Evaluations a start may take.
-    first : Network, optional
-        The topology with values to begin the first start from.
+    seed : int
+        Of the other starts, drawn about the device's own size.
     """
-    s, wanted, response = 1j * omega, y(1j * omega), topology.response
+    s, wanted, response = 1j * omega, np.asarray(y(1j * omega)), network.response
     rng = np.random.default_rng(seed)
-    kinds = [part.letter for part in topology.elements()]
-    power = np.array(["bck".index(kind) - 1 for kind in kinds])  # value ~ |Y| ω^power
-    centre = np.mean(np.log(np.abs(wanted))) + power * np.mean(np.log(omega))
-    width = 1 + np.log(omega[-1] / omega[0]) / 12
+    kinds = [part.letter for part in network.elements()]
+    middle = centre(kinds, wanted, omega)
     low, high = (limits or Limits()).logs(kinds)
 
     def values_of(logs: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,10 +98,9 @@ def fitted(
         return np.concatenate([change.real, change.imag], axis=1).T
 
     bounded = bool(np.any(np.isfinite([low, high])))
-    best, least = centre, np.inf
-    guesses = [centre + rng.normal(0, width, len(kinds)) for _ in range(starts)]
-    if first is not None:
-        guesses.insert(0, np.log([float(part.exact) for part in first.elements()]))
+    best, least = middle, np.inf
+    guesses = [np.log([float(part.exact) for part in network.elements()])]
+    guesses += [middle + rng.normal(0, width(omega), len(kinds)) for _ in range(STARTS)]
     for guess in guesses:
         found = least_squares(
             misfit,
@@ -129,13 +111,24 @@ def fitted(
             xtol=1e-14,
             ftol=1e-14,
             gtol=1e-14,
-            max_nfev=steps,
+            max_nfev=STEPS,
         )
         worst = float(np.max(np.abs(found.fun))) if np.all(np.isfinite(found.fun)) else np.inf
         if worst < least and np.all(np.abs(found.x) < LARGEST_LOG):
             best, least = found.x, worst
-        if least < enough:
+        if least < REACHED:
             break
     values = iter(values_of(best))
-    network = revalued(topology, lambda _: Fraction(float(next(values))))
-    return network, float(np.max(np.abs(network(s) / wanted - 1)))
+    return revalued(network, lambda _: Fraction(float(next(values))))
+
+
+def centre(kinds: list[str], wanted: NDArray[np.complex128], omega: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithms of the values with which elements are of the device's size amid the band."""
+    power = np.array(["bck".index(kind) - 1 for kind in kinds])  # value ~ |Y| ω^power
+    middle: NDArray[np.float64] = np.mean(np.log(np.abs(wanted))) + power * np.mean(np.log(omega))
+    return middle
+
+
+def width(omega: NDArray[np.float64]) -> float:
+    """How widely starts are spread about there."""
+    return float(1 + np.log(omega[-1] / omega[0]) / 12)

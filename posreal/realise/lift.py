@@ -6,6 +6,8 @@ side. With poles in order, Y + c is positive real if and only if c ≥ −min Re
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from flint import fmpq, fmpz
 
@@ -35,11 +37,16 @@ def lifted(y: Rational, limit: float = ROUNDING) -> tuple[Rational, float]:
 
 
 def typical_size(y: Rational) -> float:
-    """The median of |Y(jω)| over the sizes of the poles and zeros, in N s/m."""
+    """The median of |Y(jω)| over the sizes of the poles and zeros, in N s/m; inf where floats hold none of it."""
     with roots.precision(64):
         corners = [abs(complex(root)) for p in (y.n, y.d) for root, _ in roots.complex_roots(p)]
-    sizes = np.abs(y(1j * np.array([w for w in corners if w > 0] or [1.0])))
-    return float(np.median(sizes[np.isfinite(sizes) & (sizes > 0)]))
+    omega = np.array([w for w in corners if w > 0] or [1.0])
+    for points in (omega, 2 * omega):  # twice as high where all poles and zeros lie on the axis
+        sizes = np.abs(y(1j * points))
+        usable = sizes[np.isfinite(sizes) & (sizes > 0)]
+        if usable.size:
+            return float(np.median(usable))
+    return math.inf
 
 
 def smallest_damper(y: Rational) -> fmpq | None:

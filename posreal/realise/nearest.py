@@ -2,12 +2,15 @@
 
 - ``parallel``: Y + c with the smallest damper c, which is −min Re Y(jω);
 - ``series``: 1/(1/Y + 1/c) with the stiffest damper c;
-- ``projection``: poles kept (those in the right half plane mirrored), C and D of the state space changed least,
+- ``projection``: poles kept, C and D of the state space changed least,
 
       minimise ‖ΔC W^½‖² + ΔD²   subject to   [[−AᵀP − PA, Cᵀ − PB], [C − BᵀP, D + Dᵀ]] ⪰ 0,  P ⪰ 0,
 
   with W the controllability Gramian, so that ‖ΔC W^½‖ is the H2 norm of the change [GrivetTalocia2004]. What the
   solver leaves open, a last and smallest parallel damper closes; the answer is positive real by the exact test.
+  Poles on the imaginary axis, 0 and ∞ included, keep what is real and positive of their residues. Lightly undamped
+  poles, a little to the right of the axis, are mirrored first, s − p to s + p̄, which leaves |Y(jω)| as it is. A device
+  with poles further to the right, or multiple ones on the axis, is not taken for one that misses, and is refused.
 
 [GrivetTalocia2004] S. Grivet-Talocia, Passivity enforcement via perturbation of Hamiltonian matrices, IEEE Trans.
 Circuits and Systems I 51 (2004) 1755–1769.
@@ -20,16 +23,30 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from flint import fmpq
 from numpy.typing import NDArray
 
-from posreal.admittance import Device, Rational, StateSpace, as_rational, is_positive_real, state_space
+from posreal.admittance import (
+    AxisPole,
+    Device,
+    Rational,
+    RightHalfPlanePole,
+    StateSpace,
+    as_rational,
+    check,
+    is_positive_real,
+    roots,
+    state_space,
+)
 from posreal.admittance.exact import to_float, to_fmpq
+from posreal.admittance.rational import S
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.realise.lift import smallest_damper, typical_size
+from posreal.realise.long import Long
+from posreal.realise.preamble import without_resonance
 from posreal.realise.proof import corners
 
 WAYS = ("parallel", "series", "projection")
+FAR = 0.1  # of a pole's size: how far to the right of the axis it may be and still be mirrored
 POINTS = 200  # frequencies at which the change is measured
 
 
@@ -50,6 +67,8 @@ class Repair:
     change : float
         The largest |Y_new − Y|/|Y| on the imaginary axis, from two decades under the lowest corner to two
         over the highest.
+    mirrored : tuple of complex
+        Poles that a projection moved from the right half plane into the left one; one of each pair.
     """
 
     device: Rational
@@ -57,6 +76,7 @@ class Repair:
     way: str
     damper: float | None
     change: float
+    mirrored: tuple[complex, ...] = ()
 
     def __str__(self) -> str:
         if self.device == self.original:
@@ -67,7 +87,11 @@ class Repair:
             "projection": "the least change of the residues"
             + (f", with a damper of {self.damper:.3g} N s/m in parallel," if self.damper else ""),
         }[self.way]
-        return f"{what} makes it positive real; the admittance changes by up to {self.change:.2g} of itself"
+        if self.mirrored:
+            poles = ", ".join(f"{p.real:.3g} ± {p.imag:.3g}j" for p in self.mirrored)
+            what = f"mirroring the poles at s = {poles} into the left half plane, and then {what},"
+        much = ", which makes it another device" if self.change > 1 else ""
+        return f"{what} makes it positive real; the admittance changes by up to {self.change:.2g} of itself{much}"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
@@ -75,6 +99,7 @@ class Repair:
             "way": self.way,
             "damper": self.damper,
             "relative_change": self.change,
+            "mirrored": [{"real": p.real, "imag": p.imag} for p in self.mirrored],
             "rational": self.device.to_dict(),
             "text": str(self),
         }
@@ -97,7 +122,8 @@ def nearest_positive_real(device: Device, way: str = "parallel") -> Repair:
     Raises
     ------
     Infeasible
-        If a damper cannot repair it because a pole (for series, a zero) is to blame; the text says what can.
+        If a damper cannot repair it because a pole (for series, a zero) is to blame, or if the device is too far
+        from any positive-real one for a projection to mean anything; the text says which.
     BadInput
         For an unknown way.
     """
@@ -107,19 +133,15 @@ def nearest_positive_real(device: Device, way: str = "parallel") -> Repair:
     if is_positive_real(y):
         return Repair(y, y, way, None, 0.0)
     if way == "projection":
-        repaired, damper = _projected(y)
-        step = smallest_damper(y)  # a point of the same problem, and better where the solver's digits end
-        if step is not None and relative_change(y | Rational([step]), y) < relative_change(repaired, y):
-            repaired, damper = y | Rational([step]), to_float(step)
-    else:
-        side = y if way == "parallel" else y.inverse()
-        step = smallest_damper(side)
-        if step is None:
-            blame = "pole" if way == "parallel" else "zero"
-            raise Infeasible(f"No damper in {way} repairs this device, because a {blame} is to blame; try projection.")
-        lifted = side | Rational([step])
-        repaired = lifted if way == "parallel" else lifted.inverse()
-        damper = to_float(step if way == "parallel" else 1 / step)
+        return _projected(y)
+    side = y if way == "parallel" else y.inverse()
+    step = smallest_damper(side)
+    if step is None:
+        blame = "pole" if way == "parallel" else "zero"
+        raise Infeasible(f"No damper in {way} repairs this device, because a {blame} is to blame; try projection.")
+    lifted = side | Rational([step])
+    repaired = lifted if way == "parallel" else lifted.inverse()
+    damper = to_float(step if way == "parallel" else 1 / step)
     return Repair(repaired, y, way, damper, relative_change(repaired, y))
 
 
@@ -131,38 +153,61 @@ def relative_change(new: Rational, old: Rational) -> float:
     return float(np.max(np.abs(after[usable] - before[usable]) / np.abs(before[usable])))
 
 
-def _projected(y: Rational) -> tuple[Rational, float | None]:
+def _projected(y: Rational) -> Repair:
     """Least change of C and D at fixed poles, on the device's own scales of time and force."""
-    low, high = corners(y)
-    clock, size = float(np.sqrt(low * high)), typical_size(y)
-    excess = y.n.degree() - y.d.degree()
-    if excess > 1 or (y.d[0] == 0 and y.d[1] == 0):
-        raise Infeasible("This device has a multiple pole at 0 or infinity, which no small change repairs.")
-    form = state_space(y.time_scaled(to_fmpq(clock)).scaled(1 / to_fmpq(size)))
-    A = _stable(form.A)
-    C, D = _least_change(A, form.B, form.C, form.D)
-    beside = Rational([max(form.k, 0.0), 0, max(form.b, 0.0)], [0, 1])
-    repaired = (StateSpace(A, form.B, C, D).rational() | beside).scaled(to_fmpq(size))
-    repaired = repaired.time_scaled(1 / to_fmpq(clock))
-    step = fmpq(0) if is_positive_real(repaired) else smallest_damper(repaired)
-    if step is None:
+    stable, mirrored = _mirrored(y)
+    rest, beside = _without_resonances(stable)
+    low, high = corners(stable)
+    clock, size = float(np.sqrt(low * high)), typical_size(stable)
+    form = state_space(rest.time_scaled(to_fmpq(clock)).scaled(1 / to_fmpq(size)))
+    C, D = _least_change(form.A, form.B, form.C, form.D)
+    ends = Rational([max(form.k, 0.0), 0, max(form.b, 0.0)], [0, 1])
+    repaired = (StateSpace(form.A, form.B, C, D).rational() | ends).scaled(to_fmpq(size))
+    repaired = repaired.time_scaled(1 / to_fmpq(clock)) | beside
+    steps = [(repaired, smallest_damper(repaired)), (stable, smallest_damper(stable))]
+    found = [(device if step == 0 else device | Rational([step]), step) for device, step in steps if step is not None]
+    if not found:
         raise Infeasible("The projection did not come close to a positive-real device; check the poles and residues.")
-    if step == 0:
-        return repaired, None
-    return repaired | Rational([step]), to_float(step)
+    # The smallest damper is a point of the same problem, and the better one where the solver's digits end.
+    device, step = min(found, key=lambda pair: relative_change(pair[0], y))
+    if device.is_zero():
+        raise Infeasible("The nearest positive-real device is none at all, so there is nothing to repair; check signs.")
+    return Repair(device, y, "projection", to_float(step) or None, relative_change(device, y), mirrored)
 
 
-def _stable(A: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Poles mirrored into the left half plane; those on the axis are put a little to the left of it."""
-    poles = np.linalg.eigvals(A)
-    if np.all(poles.real < -1e-12 * np.abs(poles)):
-        return A
-    from scipy.linalg import schur
+def _mirrored(y: Rational) -> tuple[Rational, tuple[complex, ...]]:
+    """The device with poles just right of the axis mirrored, and which they were; Infeasible for hopeless ones."""
+    witness = check(y).witness
+    if isinstance(witness, AxisPole) and witness.multiplicity > 1:
+        raise Infeasible(f"This device has a {witness}, which no small change repairs.")
+    if not isinstance(witness, RightHalfPlanePole):
+        return y, ()
+    at_zero = 1 if y.d[0] == 0 else 0
+    poles, bottom = [], y.d.right_shift(at_zero)
+    with roots.precision(Long().bits):
+        for root, power in roots.complex_roots(y.d):
+            if not root.real > 0 or root.imag < 0:
+                continue
+            if root.real > FAR * abs(root):
+                raise Infeasible(
+                    f"This device has a {RightHalfPlanePole(complex(root))}, too far from the axis for a least change "
+                    "to mean anything; check the signs of the model and the order of its coefficients."
+                )
+            poles += [complex(root)] * power
+            real, size = roots.midpoint(root.real), roots.midpoint(abs(root) ** 2)
+            for _ in range(power):
+                bottom = bottom // (S * S - 2 * real * S + size) * (S * S + 2 * real * S + size)
+    return Rational(y.n, bottom.left_shift(at_zero)), tuple(poles)
 
-    T, Z = schur(A, output="complex")
-    values = np.diag(T)
-    moved = -np.maximum(np.abs(values.real), 1e-9 * np.maximum(np.abs(values), 1e-9)) + 1j * values.imag
-    return np.real(Z @ (T + np.diag(moved - values)) @ Z.conj().T)
+
+def _without_resonances(y: Rational) -> tuple[Rational, Rational]:
+    """The device without its poles ±jω on the axis, and what may stay of them beside it."""
+    arithmetic, beside = Long(), Rational.zero()
+    for pair in arithmetic.axis_pairs(y.d):
+        alpha, y = without_resonance(y, pair.x, arithmetic)
+        if alpha > 0:
+            beside = beside | Rational([0, alpha], [pair.x, 0, 1])
+    return y, beside
 
 
 def _least_change(

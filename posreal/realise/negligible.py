@@ -34,15 +34,24 @@ def without_negligible(network: Network, target: Rational) -> tuple[Network, tup
     """
     s = 1j * np.geomspace(*corners(target), POINTS)
     effects = np.max(np.abs(network.sensitivities(s)) / np.abs(np.asarray(target(s))), axis=1)
-    elements, left_out = network.elements(), set[int]()
-    for index in np.argsort(effects):
-        if effects[index] >= SMALL:
-            break
-        if elements[index].letter != "c":
-            continue
-        smaller = _without(network, left_out | {int(index)}, count())
-        if smaller is not None and branch_residual(smaller, target) <= SMALL:
-            left_out.add(int(index))
+    elements = network.elements()
+
+    def serves(gone: set[int]) -> bool:
+        rest = _without(network, gone, count())
+        return rest is not None and branch_residual(rest, target) <= SMALL
+
+    def stands_free(index: int) -> bool:
+        return len(_without(network, {index}, count()) or ()) < len(network)
+
+    small = [int(i) for i in np.argsort(effects) if effects[i] < SMALL]
+    idle = [index for index in small if elements[index].letter == "c" and stands_free(index)]
+
+    left_out = set(idle)
+    if idle and not serves(left_out):  # not all of them at once
+        left_out = set()
+        for index in idle:
+            if serves(left_out | {index}):
+                left_out.add(index)
     smaller = _without(network, left_out, count())
     if not left_out or smaller is None or prove(smaller, target).residual > LARGEST_RESIDUAL / 10:
         return network, ()

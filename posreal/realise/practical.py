@@ -1,15 +1,15 @@
 """The smallest network that is close enough, within values that can be built.
 
-Series–parallel networks and five-element bridges are fitted in order of size,
+Series–parallel networks and bridges are fitted in order of size,
 
     min over values of  max |Y_network(jω)/Y(jω) − 1|  over a band,
 
-and the first size that meets the tolerance wins, the best fit among it.
+and the first size that meets the tolerance wins, the best fit among it. All topologies of a size are fitted side by
+side at a few frequencies first, and those that come near are fitted well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
 
@@ -20,18 +20,17 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.errors import BadInput, Infeasible
 from posreal.network import Element, Network
-from posreal.realise.candidates import bridges, build, forms
+from posreal.network.topologies import topologies
 from posreal.realise.elements import revalued
 from posreal.realise.fit import Limits, fitted
 from posreal.realise.proof import corners
+from posreal.realise.screen import screened
 
 LARGEST = 5  # elements
 POINTS = 40  # frequencies over the band, for fitting
 DENSE = 400  # for measuring the misfit of what was fitted
-SCREEN = 2  # starts in the first round, each of so many
-SCREEN_STEPS = 12  # evaluations, at
-SCREEN_POINTS = 10  # frequencies; then
-KEPT = 12  # of each size are fitted properly
+NEAR = 5  # times the tolerance: the misfit up to which screened networks are fitted well,
+KEPT = 12  # of each size at most
 
 
 def close_network(
@@ -55,7 +54,7 @@ def close_network(
     limits : Limits, optional
         Values that can be built.
     largest : int
-        Elements at most; six take minutes.
+        Elements at most.
 
     Raises
     ------
@@ -69,19 +68,18 @@ def close_network(
         raise BadInput(f"A tolerance of {tolerance:g} makes no sense; give a part of |Y| between 0 and 1.")
     if not 0 < low < high < np.inf:
         raise BadInput(f"The band {low:g} to {high:g} rad/s makes no sense; give 0 < low < high.")
-    few, omega, dense = (np.geomspace(low, high, count) for count in (SCREEN_POINTS, POINTS, DENSE))
+    omega, dense = (np.geomspace(low, high, count) for count in (POINTS, DENSE))
     best = np.inf
     for size in range(1, largest + 1):
-        screened: list[tuple[float, int, Network]] = []
-        for topology in _topologies(size):
-            network, misfit = fitted(
-                topology, y, few, limits=limits, starts=SCREEN, seed=seed, enough=tolerance / 2, steps=SCREEN_STEPS
-            )
-            screened.append((misfit, len(screened), network))
+        found = screened(topologies(size), y, (low, high), limits, seed, KEPT)
         refined = []
-        for _, order, network in sorted(screened)[:KEPT]:
-            network, _ = fitted(network, y, omega, limits=limits, seed=seed + 1, first=network)
-            refined.append((_misfit(network, y, dense), order, network))
+        for order, (rough, network) in enumerate(found):
+            if rough <= NEAR * tolerance:
+                network = fitted(network, y, omega, limits, seed + 1)
+                refined.append((_misfit(network, y, dense), order, network))
+        if not refined:
+            best = min(best, found[0][0])
+            continue
         misfit, _, network = min(refined)
         best = min(best, misfit)
         if misfit <= tolerance:
@@ -90,13 +88,6 @@ def close_network(
         f"no network of {largest} elements or fewer was found within {tolerance:g} of it over {low:.4g} to "
         f"{high:.4g} rad/s" + (f" (the best is off by {best:.2g})" if best < np.inf else "")
     )
-
-
-def _topologies(size: int) -> Iterator[Network]:
-    yield from map(build, forms(size))
-    if size == 5:
-        for stores in range(1, 5):
-            yield from bridges(stores)
 
 
 def _shortened(

@@ -27,6 +27,7 @@ DIGITS = 120  # for values: deep networks cancel many
 POINTS = 24  # frequencies; three points each
 LARGE = 40  # elements, above which nodal matrices are large and
 FEW_POINTS = 8  # frequencies have to do
+ASIDE = 100  # bits between a resonance of a branch and the point taken instead: closer than dampers of 1e-30 are felt
 UNDAMPED = 1e-60  # damping ratio below which synthesis in long arithmetic takes a resonance for undamped
 
 
@@ -118,7 +119,7 @@ def _worst(evaluate: Callable[[acb], acb], target: Rational, count: int) -> floa
                 continue
             got = _finite(evaluate, s)
             if got is None:  # a branch resonates there: close by it does not, and the device still has to agree
-                s *= acb(1 + 2.0**-10)
+                s *= 1 + arb(2) ** -ASIDE
                 wanted, got = value(target, s), _finite(evaluate, s)
             worst = math.inf if got is None else max(worst, float((abs(got - wanted) / abs(wanted)).upper()))
     return worst if worst > 10.0 ** (10 - DIGITS) else 0.0
@@ -182,14 +183,7 @@ def corners(target: Rational) -> tuple[float, float]:
 
 def value(device: Rational, s: acb) -> acb:
     """Y(s) in ball arithmetic."""
-    return _at(device.n, s) / _at(device.d, s)
-
-
-def _at(p: fmpq_poly, s: acb) -> acb:
-    total = acb(0)
-    for c in reversed(p.coeffs()):
-        total = total * s + acb(c)
-    return total
+    return roots.value(device.n, s) / roots.value(device.d, s)
 
 
 def _sizes(p: fmpq_poly) -> fmpq_poly:

@@ -14,16 +14,17 @@ from posreal.errors import BadDevice, BadInput, Infeasible, PosrealError, listed
 from posreal.network import Network
 from posreal.realise.digits import shortest
 from posreal.realise.fit import Limits
-from posreal.realise.lift import lifted
+from posreal.realise.lift import lifted, typical_size
 from posreal.realise.long import Long
 from posreal.realise.methods import METHODS, WITH_LEVERS
 from posreal.realise.negligible import without_negligible
 from posreal.realise.practical import LARGEST, close_network
-from posreal.realise.proof import Proof, require_proof
+from posreal.realise.proof import Proof, corners, require_proof
 from posreal.realise.refusal import DoesNotApply, Unproven
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
 OVERSHOOT = fmpq(1, 10**14)
+LEAST_SIZE = 1e-297  # of element values, with the margin that `corners` adds
 LARGEST_DEGREE = 20  # a minute; and beyond, nobody would build it
 
 
@@ -190,16 +191,17 @@ def realise(
     """
     if method == "auto":
         found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS])
-        if tolerance is None:
+        buildable = [r for r in found if limits is None or limits.broken_by(r.network) is None]
+        smaller = min(largest, len(buildable[0].network) - 1) if buildable else largest
+        if tolerance is None or smaller == 0:
             return _within(found, limits)
-        smaller = min(largest, len(found[0].network) - 1)
         try:
             close = _close(device, tolerance, band, limits, smaller, seed)
         except Infeasible as failure:
-            exactly = _within(found, limits)
-            return replace(
-                exactly, notes=(*exactly.notes, f"this is the device itself, not an approximation: {failure}")
-            )
+            if not buildable:
+                raise Infeasible(f"No realisation found can be built within the limits, and {failure}.") from None
+            note = f"this is the device itself, not an approximation: {failure}"
+            return replace(buildable[0], notes=(*buildable[0].notes, note))
         return _within([close, *found], limits)
     if tolerance is not None:
         raise BadInput(f"A tolerance needs method auto; {method} gives the device exactly.")
@@ -261,6 +263,10 @@ def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...
         raise BadDevice("The admittance is zero, which is no device at all; there is nothing to build.")
     if y.degree > LARGEST_DEGREE:
         raise BadDevice(f"This device has degree {y.degree}; networks are made up to degree {LARGEST_DEGREE}.")
+    size = typical_size(y)
+    needed = (value for w in corners(y) for value in (w, size, size * w, size / max(w, LEAST_SIZE)))
+    if not all(LEAST_SIZE < value < 1 / LEAST_SIZE for value in needed):
+        raise BadDevice("This device is beyond what element values can be, 1e-300 to 1e300; scale it first.")
     repaired, lift = lifted(y)
     notes = () if lift == 0 else (f"lifted by a parallel damper of {lift:.3g} N s/m to be positive real",)
     return y, repaired, lift, notes

@@ -9,12 +9,13 @@ from math import comb
 import numpy as np
 import pytest
 
-from posreal.design.search import limits, topologies
+from posreal.design.search import limits
 from posreal.design.search.equivalent import fitted, sample
 from posreal.design.search.ground import Scale
 from posreal.design.search.redundant import classes, foster_form, rewritten
-from posreal.design.search.topologies import forms, key, letters, network
+from posreal.network import topologies
 from posreal.network.canonical import canonical_key
+from posreal.network.topologies import forms, key, letters, network
 
 COUNTS = [3, 6, 20, 90, 432, 2202]
 S = np.array([0.4 + 0.2j, 0.5 + 1j, 0.3 + 3j, 0.5 + 0.7j])

@@ -11,8 +11,8 @@ from posreal.design.search.descent import descend
 from posreal.design.search.fraction import matrices
 from posreal.design.search.ground import Ground, mean_square_metrics
 from posreal.design.search.lateral import LateralLoop
-from posreal.design.search.topologies import forms, key, letters, network, valued
 from posreal.design.search.values import Settings, best_values
+from posreal.network.topologies import forms, key, letters, network, valued
 from posreal.vehicle.metrics import curve_peak, lateral_poles, least_damping
 
 NAMES = ["vertical-comfort", "quarter-car", "lateral-comfort", "lateral-comfort-primary", "lateral-gauging"]

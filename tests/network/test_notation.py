@@ -1,9 +1,13 @@
 import time
+from decimal import Decimal
+from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from posreal.admittance import Rational
 from posreal.errors import BadDevice
 from posreal.network import Damper, Graph, Inerter, Lever, Parallel, Series, Spring, parse
 from posreal.network.value import read_value, write_value
@@ -140,3 +144,11 @@ def test_any_text_is_a_network_or_advice(text):
     except BadDevice:
         return
     assert parse(str(network)) == network
+
+
+def test_a_float_is_the_decimal_it_prints_as():
+    """In a coefficient it is the binary fraction it is; see `posreal.network.value` for why they differ."""
+    assert Spring(0.3).exact == Fraction(3, 10)
+    assert repr(Spring(0.3)) == "parse('k=0.3')"
+    assert Spring(np.float64(0.3)) == Spring(Decimal("0.3")) == parse("k=0.3")
+    assert Rational.spring(0.3) == Rational([Fraction(0.3)], [0, 1]) != Spring(0.3).admittance()

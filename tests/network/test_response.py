@@ -100,3 +100,16 @@ def test_poles_and_zeros_inside_do_not_hurt(text, s, value):
     assert network([s, 1.0])[0] == exact
     if np.isfinite(value):
         assert exact == pytest.approx(value) or "{" in text
+
+
+@given(trees(6))
+def test_elements_of_any_kind_at_any_point_share_one_sweep(network):
+    """A row of points may belong to different values, kinds and frequencies; each column stands for itself."""
+    powers = np.array(["kcb".index(element.letter) - 1 for element in network.elements()])
+    values = np.array([float(element.exact) for element in network.elements()])
+    branches = values[:, None] * S ** powers[:, None]
+    mixed = np.concatenate([branches, 1 / branches], axis=1)
+    y, slope = network.response.joined(mixed)
+    assert y[: len(S)] == pytest.approx(network(S), rel=1e-12)
+    assert slope[:, : len(S)] == pytest.approx(network.sensitivities(S), rel=1e-12)
+    assert slope.sum(axis=0) == pytest.approx(y, rel=1e-9)  # Y scales with its elements

@@ -147,6 +147,9 @@ def test_what_is_refused():
         realise("1/(s-1)")
     with pytest.raises(BadDevice, match="no device"):
         realise("0")
+    for beyond in ("1e400*s", "1e-400", "1/(1e310*s+1)"):
+        with pytest.raises(BadDevice, match="scale it first"):
+            realise(beyond)
     with pytest.raises(BadInput, match="no method 'magic'"):
         realise("s", "magic")
 

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from posreal.admittance import Rational, check, is_positive_real, parse_rational, random_port_hamiltonian
 from posreal.errors import BadInput, Infeasible
-from posreal.network import Network, nodal_admittance, parse
+from posreal.network import nodal_admittance, parse
+from posreal.network.topologies import topologies
 from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise
-from posreal.realise.candidates import build, device_orders, end_orders, forms
+from posreal.realise.screen import screened
 from tests import strategies
 
 seeds = st.integers(0, 2**32 - 1)
@@ -122,13 +123,28 @@ def test_what_the_biquadratic_method_refuses():
         realise("(s^2+2*s+1)/(s^2+2*s+9)", "biquadratic")
 
 
-def test_trees_are_counted_right_and_behave_at_the_ends_as_they_say():
-    assert [len(set(forms(n))) for n in range(1, 7)] == [3, 6, 20, 90, 432, 2202]
-    assert all(len(forms(n)) == len(set(forms(n))) for n in range(1, 7))
-    for form in forms(4):
-        network = build(form)
-        valued: Network = network.with_values({name: i + 2 for i, name in enumerate(network.names)})
-        assert end_orders(form) == device_orders(valued.admittance())
+@pytest.mark.parametrize(
+    "text",
+    [
+        "k=2 | (c=3 + b=2)",
+        "(k=5 + c=1 | b=2) + c=3",
+        "{1-2: c=2, 1-3: b=2, 2-3: k=1, 2-0: b=2, 3-0: c=2}",
+        "{1-2: b=2, 1-3: c=0.3, 2-3: k=5, 2-0: c=0.7, 3-0: c=11}",
+    ],
+)
+def test_among_all_topologies_of_its_size_a_network_is_found_again(text):
+    network = parse(text)
+    (misfit, found), *_ = screened(topologies(len(network)), network.admittance(), (0.02, 50.0), None, 0, 5)
+    assert misfit < 1e-3
+    omega = np.geomspace(0.02, 50, 12)
+    assert misfit == pytest.approx(np.max(np.abs(found(1j * omega) / network(1j * omega) - 1)), rel=1e-3, abs=1e-12)
+
+
+def test_screening_keeps_to_the_limits():
+    y = parse("k=2 | (c=3 + b=2)").admittance()
+    limits = Limits(k_max=1.5, c_min=4, b_max=1)
+    for _, network in screened(topologies(3), y, (0.02, 50.0), limits, 0, 30):
+        assert limits.broken_by(network) is None
 
 
 def test_a_close_network_is_smaller():
@@ -174,6 +190,20 @@ def test_limits_hold_in_close_networks():
     assert all(float(part.exact) <= 95 for part in result.network.elements() if part.letter == "k")
 
 
+def test_a_tolerance_serves_limits_that_the_device_itself_breaks():
+    """As many elements as the device's own network are allowed then, since that one cannot be built."""
+    limits = Limits(k_max=0.9)
+    result = realise("(s^2+s+1)/(s^2+s+4)", tolerance=0.1, limits=limits)
+    assert (result.method, len(result.network)) == ("fit", 5)
+    assert limits.broken_by(result.network) is None
+    with pytest.raises(Infeasible, match=r"within the limits, and no network of 5 elements.*the best is off by"):
+        realise("(s^2+s+1)/(s^2+s+4)", tolerance=0.05, limits=limits)
+
+
+def test_one_element_is_not_approximated():
+    assert realise("3", tolerance=0.1).notes == ()
+
+
 @pytest.mark.parametrize("way", ["parallel", "series", "projection"])
 @pytest.mark.parametrize("gap", ["0.1", "1e-3", "1e-12"])
 def test_small_misses_are_repaired_by_little(way, gap):
@@ -200,10 +230,44 @@ def test_the_projection_changes_less_than_a_damper():
 def test_poles_to_blame():
     with pytest.raises(Infeasible, match="pole"):
         nearest_positive_real("1/(s-1)", "parallel")
-    assert nearest_positive_real("1/(s-1)", "projection").check()
+    with pytest.raises(Infeasible, match="right half plane at s = 1, too far from the axis"):
+        nearest_positive_real("1/(s-1)", "projection")
+    with pytest.raises(Infeasible, match="multiplicity 2"):
+        nearest_positive_real("1/s^2 + 1/(s+1)", "projection")
+    with pytest.raises(Infeasible, match="none at all"):
+        nearest_positive_real("-1/s", "projection")
     assert nearest_positive_real("1/(s+1)", "projection").change == 0
     with pytest.raises(BadInput, match="magic"):
         nearest_positive_real("1/(s-1)", "magic")
+
+
+def test_a_resonance_just_undamped_is_mirrored_and_said_so():
+    y = parse_rational("2/s + 3 + s/(s^2-0.002*s+4)")
+    repair = nearest_positive_real(y, "projection")
+    assert repair.mirrored == (pytest.approx(0.001 + 2j, rel=1e-6),)
+    assert repair.device(1j * 1.5) == pytest.approx(y(1j * 1.5), rel=0.01)
+    assert repair.check()
+    assert "mirroring the poles at s = 0.001 ± 2j" in str(repair)
+    assert repair.to_dict()["mirrored"] == [{"real": pytest.approx(0.001), "imag": pytest.approx(2.0)}]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("s/(s^2+1) - s/(s^2+4)/2 + 1", "s/(s^2+1) + 1"),
+        ("1/(s^2+1) + 1/(s+2)", "1/(s+2)"),
+        ("1/s + 2 - s/1e6", "1/s + 2"),
+    ],
+)
+def test_poles_on_the_axis_keep_what_is_positive_of_their_residues(text, expected):
+    repair = nearest_positive_real(text, "projection")
+    omega = np.array([0.3, 1.7, 30.0])
+    assert repair.device(1j * omega) == pytest.approx(parse_rational(expected)(1j * omega), rel=1e-5)
+
+
+def test_a_repair_that_changes_much_says_so():
+    assert "another device" in str(nearest_positive_real("(s^2+s+1)/(s^2-0.01*s+4)", "projection"))
+    assert "another device" not in str(nearest_positive_real("(s^2+s+1)/(s^2+0.9*s+4)", "projection"))
 
 
 @settings(deadline=None, max_examples=8)

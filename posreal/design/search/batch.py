@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from posreal.design.search.topologies import Form, letters
+from posreal.network.topologies import Form, letters
 
 Array = NDArray[Any]
 Pull = Callable[[Array, Array], None]  # takes an adjoint, fills in gradients

@@ -22,9 +22,9 @@ from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.ground import Ground, mean_square_metrics
 from posreal.design.search.lateral import LateralLoop
-from posreal.design.search.topologies import Form, letters, valued
 from posreal.design.search.values import FINE, NO_GAIN, Box, Found, Settings, coarse, generator, ground, logarithm
 from posreal.errors import BadInput, listed
+from posreal.network.topologies import Form, letters, valued
 from posreal.vehicle import PlanView
 from posreal.vehicle.metrics import SPEEDS, lateral_rms
 

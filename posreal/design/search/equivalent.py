@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from posreal.design.search.batch import Array, Grid, admittance
 from posreal.design.search.descent import descend
 from posreal.design.search.ground import Scale
-from posreal.design.search.topologies import Form, letters
+from posreal.network.topologies import Form, letters
 
 AGREE = 1e-8  # largest relative difference of admittances that are called equal
 _POINTS, _DECADES, _STARTS = 60, 2.5, 24

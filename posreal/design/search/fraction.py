@@ -20,7 +20,7 @@ import numpy as np
 from posreal.admittance.state_space import StateSpace
 from posreal.design.search.batch import Array
 from posreal.design.search.ground import Scale
-from posreal.design.search.topologies import Form, letters
+from posreal.network.topologies import Form, letters
 
 Fraction = tuple[Array, Array]
 

@@ -20,10 +20,10 @@ from posreal.design.result import Design
 from posreal.design.search.equivalent import fitted, sample
 from posreal.design.search.limits import limits
 from posreal.design.search.result import FrontPoint, RunnerUp, Tally
-from posreal.design.search.topologies import Form, key, letters, valued
 from posreal.design.search.values import NO_GAIN, Found, Settings, coarse, generator
 from posreal.errors import PosrealError
 from posreal.network import Network
+from posreal.network.topologies import Form, key, letters, valued
 
 BETTER = 1e-5  # relative gain that counts: less than this is the optimiser's, not the network's
 SAME = 1e-5  # relative difference of optima that may be the same

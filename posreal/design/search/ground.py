@@ -28,7 +28,7 @@ import numpy as np
 from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
-from posreal.design.search.topologies import Form, letters
+from posreal.network.topologies import Form, letters
 from posreal.vehicle import PlanView, QuarterCar, SideView, frequency
 
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped

@@ -20,7 +20,7 @@ from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.fraction import matrices
 from posreal.design.search.ground import Scale
-from posreal.design.search.topologies import Form, letters, network
+from posreal.network.topologies import Form, letters, network
 from posreal.vehicle import PlanView, damping
 from posreal.vehicle.plant import close
 from posreal.vehicle.simulation import corner_response

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from posreal.design.search.topologies import Form, bridge_turn, joined, key, letters
+from posreal.network.topologies import Form, bridge_turn, joined, key, letters
 
 _OPEN, _RIGID = "open", "rigid"  # what is left of a part: no connection, or a rigid link
 

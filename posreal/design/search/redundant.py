@@ -38,7 +38,7 @@ from itertools import combinations
 
 import networkx as nx
 
-from posreal.design.search.topologies import DUAL, Form, bridged, joined, key, letters, network, topologies
+from posreal.network.topologies import DUAL, Form, bridged, joined, key, letters, network, topologies
 
 _TRIANGLES = {(0, 1, 2): (3, 4), (2, 3, 4): (0, 1)}
 _STARS = {(0, 2, 3): (1, 4), (1, 2, 4): (0, 3)}

@@ -28,12 +28,12 @@ from posreal.design.search.options import checked_at_most, checked_bounds
 from posreal.design.search.redundant import classes
 from posreal.design.search.restrict import restricted
 from posreal.design.search.result import Search
-from posreal.design.search.topologies import Form, key, letters, topologies
 from posreal.design.search.tradeoff import require_metric, tradeoff
 from posreal.design.search.values import Found, Settings, best_values, coarse, is_smooth
 from posreal.design.search.workers import Workers, workers
 from posreal.design.threads import one_thread
 from posreal.errors import BadInput
+from posreal.network.topologies import Form, key, letters, topologies
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
 STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology

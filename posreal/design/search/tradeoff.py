@@ -18,10 +18,10 @@ from posreal.design.search.front import designed, ranked
 from posreal.design.search.ground import mean_square_metrics
 from posreal.design.search.restrict import restricted
 from posreal.design.search.result import FrontPoint
-from posreal.design.search.topologies import Form
 from posreal.design.search.values import Found, Settings, best_values
 from posreal.design.search.workers import Workers
 from posreal.errors import BadInput, listed
+from posreal.network.topologies import Form
 
 CANDIDATES = 6  # networks of each size, best in the objective
 CUTS = (0.02, 0.05, 0.1, 0.2, 0.3)  # of the metric at the best objective

@@ -20,7 +20,7 @@ from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.descent import descend
 from posreal.design.search.ground import Ground
-from posreal.design.search.topologies import Form, key, letters
+from posreal.network.topologies import Form, key, letters
 from posreal.vehicle import PlanView
 
 FINE, FINEST = 12, 192  # panels a decade of the frequency grids

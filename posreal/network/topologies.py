@@ -13,7 +13,7 @@ and the next, the wheel with four spokes, has seven edges besides that one.
 
 A topology is a *form*: the letter of an element, or a tuple of a sign and children. Children of ``+`` and
 ``|`` stand in the order of their keys, the five branches of a bridge ``#`` as
-:func:`posreal.network.bridge.bridge` takes them.
+:func:`posreal.network.bridge` takes them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from functools import lru_cache
 from itertools import combinations_with_replacement, product
 from typing import Any, TypeAlias
 
-from posreal.network import Damper, Inerter, Network, Parallel, Series, Spring, bridge
+from posreal.network.graph import bridge
+from posreal.network.tree import Damper, Inerter, Network, Parallel, Series, Spring
 
 Form: TypeAlias = "str | tuple[Any, ...]"
 
