@@ -50,7 +50,7 @@ def main() -> None:
     print(f"{'L':>4} {'bound':>12} {'path, s':>9} {'proof, s':>9} {'cvxpy, s':>9} {'ratio':>7}")
     for L in SIZES:
         points = cycled([20.0], L + 1)
-        certificate, _ = certify(about, PLAIN, points)
+        certificate = certify(about, PLAIN, points)
         data = Sampled.of(enclosed(about, points, certificate.damper))
 
         def path(data: Sampled = data) -> float:

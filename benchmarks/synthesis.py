@@ -4,7 +4,7 @@
 
 - plain alternation: with X fixed the inequalities are linear in the device, with the device fixed X is Lyapunov's;
 - path following [HassibiHowBoyd1999], each step written in cvxpy anew and solved by Clarabel, without the second-order
-  term and the warm order of :mod:`posreal.design.synthesis.bmi`;
+  term and the faces of :mod:`posreal.design.synthesis.bmi`;
 - differential evolution of scipy over the same port-Hamiltonian parametrisation.
 
 All four measure a device by the same figure, so the times differ by what they do between measurements. A way that does
@@ -74,8 +74,8 @@ def start(rng: np.random.Generator) -> StateSpace:
 
 def step(form: StateSpace, radius: float | None) -> StateSpace | None:
     """One semidefinite program written in cvxpy: X fixed (no radius), or X Acl linearised inside a ball."""
-    A0, C0 = PLANT.closed(form.A, form.B, form.C, form.D)
-    n, Bw = len(A0), np.vstack([PLANT.Bw, np.zeros((ORDER, 1))])
+    loop = PLANT.closed(form.A, form.B, form.C, form.D)
+    A0, Bw, C0, n = loop.A, loop.B, loop.C, len(loop.A)
     X0 = solve_continuous_lyapunov(A0.T, -C0.T @ C0)
     T = np.linalg.cholesky(X0 + 1e-9 * np.trace(X0) / n * np.eye(n)).T
     Ti = np.linalg.inv(T)

@@ -30,17 +30,23 @@ from posreal.design.search import Search, search
 from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
 from posreal.network import (
     Damper,
+    Graph,
     Inerter,
+    Lever,
     Network,
     Parallel,
     Series,
     Spring,
+    bridge,
     nodal_admittance,
     parse,
 )
 from posreal.network.diagram import diagram
+from posreal.network.latex import latex
+from posreal.network.picture import save_picture
+from posreal.network.spice import spice
 from posreal.network.table import table
-from posreal.realise import Realisation, realise, realise_all
+from posreal.realise import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce
@@ -57,9 +63,12 @@ __all__ = [
     "Constraint",
     "Damper",
     "Design",
+    "Graph",
     "Inerter",
     "Infeasible",
     "Layout",
+    "Lever",
+    "Limits",
     "Metric",
     "Network",
     "NotPositiveReal",
@@ -73,6 +82,7 @@ __all__ = [
     "QuarterCar",
     "Rational",
     "Realisation",
+    "Repair",
     "Reproduction",
     "Search",
     "Series",
@@ -83,12 +93,15 @@ __all__ = [
     "Verdict",
     "__version__",
     "bound",
+    "bridge",
     "check",
     "compare",
     "diagram",
     "evaluate",
+    "latex",
     "layout",
     "layouts",
+    "nearest_positive_real",
     "nodal_admittance",
     "optimise",
     "pareto",
@@ -99,7 +112,9 @@ __all__ = [
     "realise",
     "realise_all",
     "reproduce",
+    "save_picture",
     "search",
+    "spice",
     "state_space",
     "sweep",
     "synthesise",

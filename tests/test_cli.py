@@ -101,6 +101,45 @@ def test_sweep(posreal):
     assert rows[0]["metrics"]["J1z_T"]["value"] < rows[1]["metrics"]["J1z_T"]["value"]
 
 
+def test_a_sweep_of_two_parameters_and_the_worst_case_beside_the_nominal(posreal):
+    words = ("evaluate", "quarter-car", "c=2000", "--sweep", "ms=200:300:3", "--sweep", "k=5e4:7e4:2")
+    swept = json.loads(posreal(*words, "--json")[1])["sweep"]
+    assert [row["values"] for row in swept["rows"]][1] == {"ms": 200.0, "k": 7e4}
+    assert swept["robustness"]["J1"]["worst"] == max(row["metrics"]["J1"]["value"] for row in swept["rows"])
+    assert "nominal" in posreal(*words)[1]
+
+
+def test_operating_points_and_limits_show_their_constraints(posreal):
+    words = ("evaluate", "lateral-comfort", "S3", "c=2.1025e4", "b=1.53e4", "--worst-case", "mv=20 t")
+    code, out, err = posreal(*words, "--limit", "max_yv=80")
+    assert (code, err) == (0, "")
+    assert "max_yv at mv=20000 <= 80 (a limit): VIOLATED" in out
+    assert "Ldmp at mv=20000 >= 6.45437 (the default's): holds" in out
+    bound = json.loads(posreal("optimise", "quarter-car", "S3", "--limit", "inertance=5", "--starts", "1", "--json")[1])
+    assert {row["verdict"] for row in bound["designs"][0]["constraints"]} == {"holds"}  # behind a damper: none shows
+
+
+def test_a_synthesised_design_is_read_back_with_the_parameters_that_were_free(posreal, tmp_path):
+    path = tmp_path / "design.json"
+    words = ("lateral-comfort-primary", "--order", "0", "--starts", "2", "--sweep", "mv=16e3:18e3:2", "--json")
+    text = posreal("synthesise", *words)[1]
+    path.write_text(text)
+    made = json.loads(text)
+    again = json.loads(posreal("evaluate", "lateral-comfort-primary", str(path), "--json")[1])
+    assert again["metrics"] == made["design"]["metrics"]
+    assert len(made["sweep"]["rows"]) == 2
+    other = json.loads(posreal("evaluate", "lateral-comfort-primary", str(path), "Kpy=4.71e6", "--json")[1])
+    assert other["metrics"] != again["metrics"]
+
+
+def test_compare_draws_what_it_prints(posreal, tmp_path):
+    path = tmp_path / "rows.png"
+    code, out, _ = posreal("compare", "quarter-car", "--orders", "0", "--plot", str(path), "--objective", "J3")
+    assert code == 0
+    assert f"wrote {path}" in out
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize(
     "words", [("lateral-comfort", "S1", "c=2e4"), ("vertical-comfort", "default"), ("quarter-car", "S1", "c=2615")]
 )
@@ -211,6 +250,20 @@ def test_realise(posreal):
         (("evaluate", "vertical-comfort", "S5", "c=1", "b=1", "--sweep", "V=1"), "is not a range"),
         (("evaluate", "vertical-comfort", "S5", "c=1", "b=1", "--sweep", "W=1:2:3"), "unknown parameter 'W'"),
         (("evaluate", "vertical-comfort", "S5", "--bogus"), "no such option --bogus"),
+        (("evaluate", "vertical-comfort"), "DEVICE"),
+        (("bogus",), "bogus"),
+        (("optimise", "quarter-car", "S1", "--starts", "0"), "--starts"),
+        (("optimise", "quarter-car", "S1", "--limit", "J3"), "is not a limit"),
+        (("optimise", "quarter-car", "S1", "--limit", "J9=3"), "cannot be limited"),
+        (("optimise", "quarter-car", "S1", "--worst-case", "mass=3"), "unknown parameter 'mass'"),
+        (("optimise", "lateral-gauging", "S1", "--worst-case", "Ksy=1e5"), "Ksy is free"),
+        (("synthesise", "quarter-car", "--order", "13"), "--order"),
+        (("synthesise", "quarter-car"), "--order"),
+        (("compare", "quarter-car", "--plot", "x.gif"), "accepted are .png, .svg or .pdf"),
+        (("compare", "quarter-car", "--plot", "/nowhere/x.png"), "/nowhere"),
+        (("evaluate", "quarter-car", "c=1e3", "--three-ways", "--objective", "J1 + J3"), "J1 + J3 is none"),
+        (("evaluate", "quarter-car", "c=1e3", "--sweep", "ms=1:2:3", "--sweep", "ms=1:2:3"), "swept twice"),
+        (("search", "vertical-comfort", "--elements", "1", "--position", "worst"), "optimise and synthesise take it"),
         (("optimise", "vertical-comfort", "S1"), "S1 contains the static spring"),
         (("optimise", "vertical-comfort", "S5", "--jobs", "0"), "--jobs 0"),
         (("realise", "default"), "no device by itself"),

@@ -7,9 +7,19 @@ from pathlib import Path
 
 import pytest
 
-from examples import a_network_from_a_formula, best_damper_behind_a_bush, own_vehicle
+from examples import (
+    a_network_from_a_formula,
+    best_damper_behind_a_bush,
+    building_in_wind_and_earthquake,
+    own_vehicle,
+)
 
-TESTED = {"a_network_from_a_formula", "best_damper_behind_a_bush", "own_vehicle"}
+TESTED = {
+    "a_network_from_a_formula",
+    "best_damper_behind_a_bush",
+    "building_in_wind_and_earthquake",
+    "own_vehicle",
+}
 
 
 def test_all_are_tested():
@@ -35,3 +45,8 @@ def test_best_damper_behind_a_bush():
 def test_own_vehicle():
     found = own_vehicle.main()
     assert found["S3"] < found["conventional"]
+
+
+def test_building_in_wind_and_earthquake():
+    found = building_in_wind_and_earthquake.main()
+    assert found["order 2"] < 0.94 * found["damper"]

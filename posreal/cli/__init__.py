@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,6 +16,8 @@ from posreal import __version__
 from posreal.cli import bounds, designs, devices, listings, searches
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError
+
+_UsageError: Any = typer.BadParameter.__base__  # of click, or of typer's own copy of it
 
 app = typer.Typer(
     name="posreal",
@@ -60,7 +62,11 @@ app.command()(designs.reproduce)
 def main() -> None:
     """Entry point of the ``posreal`` command."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
+    except _UsageError as error:
+        text = error.format_message()  # the help, if nothing was given at all
+        print(text if "\n" in text else f"posreal: {text}", file=sys.stderr)
+        sys.exit(2)
     except PosrealError as error:
         print(f"posreal: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

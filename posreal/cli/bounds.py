@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,12 +26,19 @@ def bound(
     problem: ProblemName,
     effort: Annotated[int, typer.Option(min=0, max=3, help="How many points to spend: seconds to minutes.")] = 1,
     truncation: Annotated[
-        int | None, typer.Option("--points", min=1, max=201, help="Number of points instead.")
+        int | None, typer.Option("--points", min=1, max=201, help="Dimension instead: one a point, two a pair.")
     ] = None,
-    omega0: Annotated[str | None, typer.Option(help="Where the points lie, rad/s, such as 20 or 10,30.")] = None,
+    omega0: Annotated[
+        str | None, typer.Option(help="Where the points lie, rad/s, such as 20 or 10,30; a pair is FREQUENCY:DAMPING.")
+    ] = None,
     beside: Annotated[
-        str, typer.Option("--orders", help="Synthesise these orders to show beside it; '' for none.")
-    ] = "2",
+        str,
+        typer.Option(
+            "--orders",
+            help="The price of simplicity: synthesise these orders to show beside it, such as 1,2,4,8 (high orders "
+            "take minutes); '' for none.",
+        ),
+    ] = "1,2",
     device: Annotated[str | None, typer.Option(help="A device to show beside it instead.")] = None,
     save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the certificate as JSON.")] = None,
     vehicle: VehicleFile = None,
@@ -44,13 +52,10 @@ def bound(
     from posreal.design import read_design
     from posreal.design.bound import bound as search
     from posreal.design.bound import reached
-    from posreal.errors import BadInput
+    from posreal.vehicle import PlanView, SideView
 
     question = posed(problem, vehicle, position, objective, stiffness)
-    try:
-        places = None if omega0 is None else [float(part) for part in omega0.split(",")]
-    except ValueError:
-        raise BadInput(f"--omega0 {omega0!r} is not a list of frequencies such as 20 or 10,30") from None
+    places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
         found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
@@ -66,8 +71,25 @@ def bound(
         print_json(found.to_dict() | ({"orders": per_order} if rows else {}))
         return
     print(f"{question.name}: {found}")
+    if isinstance(question.vehicle, PlanView | SideView):
+        print(
+            f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
+        )
     for row in rows:
-        print(f"  order {row.order} reaches {row.value:.6g} {found.unit}, {row.gap_percent:.3g} % above")
+        print(f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below")
+
+
+def _place(text: str) -> float | tuple[float, float]:
+    """20, or 50:0.4 for a pair."""
+    from posreal.errors import BadInput
+
+    try:
+        frequency, *damping = map(float, text.split(":"))
+    except ValueError:
+        frequency, damping = math.nan, []
+    if not math.isfinite(frequency) or len(damping) > 1:
+        raise BadInput(f"--omega0 {text!r} is not a frequency such as 20 or a pair such as 50:0.4")
+    return (frequency, damping[0]) if damping else frequency
 
 
 def check_bound(

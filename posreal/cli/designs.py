@@ -19,6 +19,7 @@ from posreal.cli.options import (
     Seed,
     Starts,
     Stiffness,
+    Sweep,
     VehicleFile,
     Width,
     WorstCase,
@@ -47,9 +48,9 @@ def evaluate(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
-    sweep: Annotated[
-        str | None, typer.Option(metavar="NAME=FIRST:LAST:COUNT", help="Vary a vehicle parameter, such as V=10:55:10.")
-    ] = None,
+    sweep: Sweep = None,
+    limit: Limit = None,
+    worst_case: WorstCase = None,
     three_ways: Annotated[
         bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
     ] = False,
@@ -58,18 +59,19 @@ def evaluate(
 ) -> None:
     """Print every metric of a device."""
     from posreal.design import metrics_to_dict, read_design
-    from posreal.study.sweep import read_range
+    from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
     from posreal.study.three_ways import three_ways as ride
 
-    question = posed(problem, vehicle, position, objective, stiffness)
-    over = None if sweep is None else read_range(sweep)
+    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    over = read_ranges(question, sweep or [])
     design = read_design(question, words(device))
-    varied = None if over is None else vary(design, *over)
+    varied = vary(design, over) if over else None
     ways = ride(design, seed=seed) if three_ways else None
     if as_json:
         document: dict[str, Any] = {"problem": question.name, "device": design.to_dict()["device"]}
         document["metrics"] = metrics_to_dict(design.metrics)
+        document["constraints"] = design.to_dict()["constraints"]
         if varied is not None:
             document["sweep"] = varied.to_dict()
         if ways is not None:
@@ -85,10 +87,13 @@ def evaluate(
 def optimise(
     problem: ProblemName,
     layout: Annotated[list[str], typer.Argument(metavar="LAYOUT...", help="Layouts' names, or TOML files.")],
+    limit: Limit = None,
+    worst_case: WorstCase = None,
     vehicle: VehicleFile = None,
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    sweep: Sweep = None,
     starts: Starts = 6,
     seed: Seed = 0,
     jobs: Jobs = 1,
@@ -98,8 +103,11 @@ def optimise(
     """Find the best element values of one or more layouts."""
     from posreal.design import layout as named
     from posreal.design import optimise as search
+    from posreal.study.sweep import read_ranges
+    from posreal.study.sweep import sweep as vary
 
-    question = posed(problem, vehicle, position, objective, stiffness)
+    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    over = read_ranges(question, sweep or [])
     chosen = [named(name) for name in layout]
     for entry in chosen:
         entry.require(question)
@@ -107,12 +115,15 @@ def optimise(
         designs = [
             search(question, entry, starts=starts, seed=seed, jobs=job_count(jobs), progress=say) for entry in chosen
         ]
+    swept = [vary(design, over) if over else None for design in designs]
     if as_json:
-        print_json({"designs": [design.to_dict() for design in designs]})
+        rows = zip(designs, swept, strict=True)
+        print_json({"designs": [d.to_dict() | ({} if s is None else {"sweep": s.to_dict()}) for d, s in rows]})
         return
-    for number, (entry, design) in enumerate(zip(chosen, designs, strict=True)):
+    for number, (entry, design, varied) in enumerate(zip(chosen, designs, swept, strict=True)):
         print(end="\n" if number else "")
         print_design(design, heading=f"{question.name}: {design.label}, {entry.network}", draw=True, ascii=ascii)
+        print("" if varied is None else f"\n{varied}\n", end="")
 
 
 def synthesise(
@@ -130,6 +141,7 @@ def synthesise(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    sweep: Sweep = None,
     starts: Annotated[int | None, typer.Option(min=1, max=10_000, help="Local searches.")] = None,
     seed: Seed = 0,
     jobs: Jobs = 1,
@@ -141,9 +153,12 @@ def synthesise(
     """Find the best positive-real admittance of an order, then its network."""
     from posreal.design import synthesise as search
     from posreal.study.strut import mounted, realised
+    from posreal.study.sweep import read_ranges
+    from posreal.study.sweep import sweep as vary
 
     check_paths(write)
     question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    over = read_ranges(question, sweep or [])
     with progress() as say:
         design = search(
             question,
@@ -160,19 +175,21 @@ def synthesise(
             say("realising the admittance as a network")
             built, realisation = realised(design)
     written = write_network(realisation.network, write) if realise else []
+    varied = vary(built if realise else design, over) if over else None
     if as_json:
         network = {"network": network_dict(realisation, ascii, width)} if realise else {}
-        print_json({"design": (built if realise else design).to_dict(), **network})
+        extra = {} if varied is None else {"sweep": varied.to_dict()}
+        print_json({"design": (built if realise else design).to_dict(), **network, **extra})
         return
     assert design.device is not None
     print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(design.device)}\n")
     print_design(design, heading=f"{question.name}: synthesised, order {design.order}")
-    if not realise:
-        return
-    print("\nNetwork by ", end="")
-    print_network(realisation, ascii, width, shown=mounted(design.problem, realisation.network))
-    print()
-    print_design(built, heading="The network's own figures, recomputed from the network")
+    if realise:
+        print("\nNetwork by ", end="")
+        print_network(realisation, ascii, width, shown=mounted(design.problem, realisation.network))
+        print()
+        print_design(built, heading="The network's own figures, recomputed from the network")
+    print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
 
 
@@ -181,6 +198,11 @@ def compare(
     to_orders: Annotated[
         str, typer.Option("--orders", help="Orders of the synthesised devices, such as 1,2,3.")
     ] = "1,2",
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the rows and the bound: .png, .svg or .pdf.")
+    ] = None,
+    limit: Limit = None,
+    worst_case: WorstCase = None,
     vehicle: VehicleFile = None,
     position: Position = None,
     objective: Objective = None,
@@ -192,14 +214,21 @@ def compare(
 ) -> None:
     """Layouts and synthesised devices side by side, and the best network."""
     from posreal.study.compare import compare as side_by_side
+    from posreal.study.pareto import writable_picture
 
-    question = posed(problem, vehicle, position, objective, stiffness)
+    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    if plot is not None:
+        writable_picture(plot)
     with progress() as say:
         comparison = side_by_side(question, orders=orders(to_orders), seed=seed, jobs=job_count(jobs), progress=say)
+    if plot is not None:
+        comparison.draw(plot)
     if as_json:
-        print_json(comparison.to_dict())
-    else:
-        print(comparison.text(ascii=ascii))
+        print_json(comparison.to_dict() | {"plot": None if plot is None else str(plot)})
+        return
+    print(comparison.text(ascii=ascii))
+    if plot is not None:
+        print(f"\nwrote {plot}")
 
 
 def reproduce(

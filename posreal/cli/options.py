@@ -27,7 +27,8 @@ Position = Annotated[str | None, typer.Option(help="Where ride counts in vertica
 Objective = Annotated[
     str | None,
     typer.Option(
-        help="What quarter-car minimises: J1, J3, gain_acceleration, gain_tyre_force, or a sum such as 'J1 + 0.001*J3'."
+        help="What quarter-car minimises: J1, J3, gain_acceleration, gain_tyre_force, or a sum such as "
+        "'J1 + 0.001*J3'; whole-band for vertical-comfort, whose ride ends at 20 Hz otherwise."
     ),
 ]
 Stiffness = Annotated[
@@ -46,12 +47,28 @@ Write = Annotated[
 
 Limit = Annotated[
     list[str] | None,
-    typer.Option("--limit", metavar="METRIC=VALUE", help="A metric that may not exceed a value, in its unit."),
+    typer.Option(
+        "--limit",
+        metavar="METRIC=VALUE",
+        help="A metric that may not exceed a value, in its unit; inertance is that of the port, lim Y/s at high "
+        "frequency, not the sum of the inerters in a network.",
+    ),
 ]
 WorstCase = Annotated[
     list[str] | None,
     typer.Option(
-        "--worst-case", metavar="NAME=VALUE,…", help="Another operating point; the worst over all is minimised."
+        "--worst-case",
+        metavar="NAME=VALUE,…",
+        help="Another operating point; the worst over all is minimised, and constraints hold at each.",
+    ),
+]
+
+Sweep = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sweep",
+        metavar="NAME=FIRST:LAST:COUNT",
+        help="Vary a vehicle parameter, such as V=10:55:10; given again, another one too, in all combinations.",
     ),
 ]
 

@@ -31,17 +31,27 @@ def drawn(network: Network, ascii: bool = False, width: int = 100) -> str:
 
 def network_dict(realisation: Realisation, ascii: bool, width: int = 100) -> dict[str, Any]:
     """NETWORK of the JSON interface."""
-    return realisation.to_dict() | {"diagram": drawn(realisation.network, ascii, width)}
+    return realisation.to_dict() | {
+        "inertance_built": _inertance_built(realisation.network),
+        "diagram": drawn(realisation.network, ascii, width),
+    }
+
+
+def _inertance_built(network: Network) -> float:
+    """All inerters of a network together, kg: what has to be made, not what shows at the port."""
+    return float(sum(element.exact for element in network.elements() if element.letter == "b"))
 
 
 def print_network(realisation: Realisation, ascii: bool, width: int, *, shown: Network | None = None) -> None:
     """Diagram (of `shown`, the network in its mounting, if given), element table, notation and proof."""
     from posreal.network.table import table as elements
+    from posreal.units import engineering
 
     counts = realisation.network.counts
+    together = f" of {engineering(_inertance_built(realisation.network), 'kg')} in all" if counts.inerters else ""
     print(
         f"{realisation.method}: {counts.total} elements ({counts.springs} springs, {counts.dampers} dampers, "
-        f"{counts.inerters} inerters" + (f", {counts.levers} levers" if counts.levers else "") + ")"
+        f"{counts.inerters} inerters{together}" + (f", {counts.levers} levers" if counts.levers else "") + ")"
     )
     for note in realisation.notes:
         print(f"  {note}")
@@ -84,13 +94,13 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
             print("  vehicle: " + ", ".join(tuned))
     rows = []
     for name, metric in design.metrics.items():
-        gain = design.improvement(name) if name[0] in "JM" or name.startswith(("max", "deflection")) else None
+        compared = name == design.problem.objective or name.startswith(("J", "Macc", "max", "deflection"))
+        gain = design.improvement(name) if compared else None
         rows.append([name, f"{metric.value:#.6g}", metric.unit, "" if gain is None else f"{gain:+.2f} %", metric.at])
     print()
     print(table(["metric", "value", "unit", "better", ""], rows, "lrlrl"))
     for constraint in design.problem.constraints:
-        held = constraint.margin(design.metrics) >= -1e-9 * abs(constraint.value)
-        print(f"  {constraint}: {'holds' if held else 'VIOLATED'}")
+        print(f"  {constraint}: {constraint.verdict(design.metrics)}")
     if design.found:
         print("  found by: " + ", ".join(_finding(k, v) for k, v in design.found.items() if v not in ([], ())))
 
@@ -108,7 +118,7 @@ def readable(device: Rational, digits: int = 8) -> str:
         terms = []
         for power in range(len(coefficients) - 1, -1, -1):
             if coefficients[power] != 0:
-                variable = "" if power == 0 else " s" if power == 1 else f" s^{power}"
+                variable = "" if power == 0 else "*s" if power == 1 else f"*s^{power}"
                 terms.append(f"{float(coefficients[power]):.{digits}g}{variable}")
         return " + ".join(terms) or "0"
 

@@ -84,7 +84,7 @@ def search(
             progress=say,
         )
         floor = None
-        if question.objective in ("J1", "J3"):  # the figures that are over the whole band, as bounds are
+        if question.whole_band:
             say("proving a bound")
             floor = prove(question, effort=0, progress=say).value
         front = pareto(found, orders=compared, bound=floor, seed=seed, progress=say)

@@ -7,20 +7,39 @@ from dataclasses import dataclass
 
 from posreal.vehicle import Metric
 
+ROUNDING = 1e-9  # of a constraint's value: a miss that is none
+BINDING = 1e-4  # of a constraint's value: what is left where it decides the design
+
 
 @dataclass(frozen=True)
 class Constraint:
-    """`metric` at least (`sense` ">=") or at most ("<=") `value`, in the metric's own unit."""
+    """`metric` at least (`sense` ">=") or at most ("<=") `value`, in the metric's own unit.
+
+    At an operating point besides the nominal one `point` is its name, and `metric` ends with it: ``Macc at Crz=40000``.
+    """
 
     metric: str
     sense: str
     value: float
     reason: str = ""
+    point: str = ""
+
+    @property
+    def base(self) -> str:
+        """The metric without the operating point."""
+        return self.metric.removesuffix(f" at {self.point}")
 
     def margin(self, metrics: Mapping[str, Metric]) -> float:
         """How far inside the constraint, in the metric's unit; negative outside."""
         slack = metrics[self.metric].value - self.value
         return slack if self.sense == ">=" else -slack
+
+    def verdict(self, metrics: Mapping[str, Metric]) -> str:
+        """``holds``, ``binds`` (holds with no more than 0.01 % to spare) or ``VIOLATED`` (by more than rounding)."""
+        margin, unit = self.margin(metrics), abs(self.value)
+        if margin < -ROUNDING * unit:
+            return "VIOLATED"
+        return "binds" if margin <= BINDING * unit else "holds"
 
     def __str__(self) -> str:
         return f"{self.metric} {self.sense} {self.value:.6g}" + (f" ({self.reason})" if self.reason else "")

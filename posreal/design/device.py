@@ -89,12 +89,13 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
         else:
             of_layout = f"the elements {listed(chosen.network.names)} of {chosen.name}, and " if chosen else ""
             raise BadInput(f"unknown parameter {name!r}; accepted are {of_layout}the vehicle's {listed(parameters)}")
-    tuned = problem.with_vehicle(vehicle)  # type: ignore[arg-type]
-    if chosen is not None:
-        values = {name: _element_value(name, value) for name, value in elements.items()}
-        given = {name: getattr(tuned.vehicle, name) for name in vehicle}
-        return guarded(evaluate_layout(tuned, chosen, values, vehicle=given))
-    return evaluate(tuned, read_device(text))
+    if chosen is None:
+        device = read_device(text)
+        return evaluate(problem.with_vehicle({**_chosen_in(text, problem), **vehicle}), device)
+    tuned = problem.with_vehicle(vehicle)
+    values = {name: _element_value(name, value) for name, value in elements.items()}
+    given = {name: getattr(tuned.vehicle, name) for name in vehicle}
+    return guarded(evaluate_layout(tuned, chosen, values, vehicle=given))
 
 
 def read_device(text: str) -> Network | Rational | None:
@@ -153,6 +154,18 @@ def _from_file(path: Path) -> Network | Rational | None:
         raise BadInput(f"{path} is not valid JSON: {error}") from None
     except BadDevice as error:
         raise BadDevice(f"{path}: {error}") from None
+
+
+def _chosen_in(text: str, problem: Problem) -> dict[str, float]:
+    """Vehicle parameters that the problem leaves free and a file of a synthesised design has values for."""
+    if not (problem.free and _is_file(text.strip())):
+        return {}
+    try:
+        document = json.loads(Path(text.strip()).read_text(encoding="utf-8"))
+        given = document["design"]["parameters"]
+    except (json.JSONDecodeError, KeyError, TypeError):
+        return {}
+    return {name: given[name] for name in problem.free if isinstance(given, dict) and name in given}
 
 
 def _from_json(document: Any) -> Network | Rational:

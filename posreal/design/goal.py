@@ -1,4 +1,4 @@
-"""Several figures as one: a weighted sum Σ wᵢ Jᵢ, or the worst of them, max wᵢ Jᵢ."""
+"""Several figures as one: a weighted sum Σ wᵢ Jᵢ, their norm √Σ (wᵢ Jᵢ)², or the worst of them, max wᵢ Jᵢ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Goal:
 
     Attributes
     ----------
-    kind : "sum" or "worst"
+    kind : "sum", "norm" or "worst"
     parts : tuple of (metric name, weight)
     """
 
@@ -28,9 +28,9 @@ class Goal:
 
     @property
     def name(self) -> str:
-        """What the figure is called among the metrics, such as ``J1 + 0.001*J3`` or ``worst of J1z_L, J1z_T``."""
+        """What the figure is called among the metrics: ``J1 + 0.001*J3``, ``norm of J1, J3``, ``worst of J1, J3``."""
         terms = [name if weight == 1 else f"{weight:g}*{name}" for name, weight in self.parts]
-        return " + ".join(terms) if self.kind == "sum" else "worst of " + ", ".join(terms)
+        return " + ".join(terms) if self.kind == "sum" else f"{self.kind} of " + ", ".join(terms)
 
     def of(self, metrics: Mapping[str, Metric]) -> Metric:
         """The figure from the metrics that it is made of."""
@@ -39,6 +39,8 @@ class Goal:
         unit = units.pop() if len(units) == 1 else "1"
         if self.kind == "sum":
             return Metric(sum(values), unit)
+        if self.kind == "norm":
+            return Metric(math.hypot(*values), unit)
         worst = max(range(len(values)), key=values.__getitem__)
         return Metric(values[worst], unit, f"by {self.parts[worst][0]}")
 

@@ -30,7 +30,8 @@ def guarded(design: Design) -> Design:
         If its objective (Macc, where the objective is a peak in time) is below what is proven for its vehicle.
     """
     vehicle = design.problem.vehicle
-    metric = "Macc" if design.problem.objective == "max_yv" else design.problem.objective
+    objective = design.problem.base_objective
+    metric = "Macc" if objective == "max_yv" else objective
     if isinstance(vehicle, PlanView | SideView | QuarterCar) and metric in design.metrics:
         floor = _floor(vehicle, metric)
         if floor is not None:

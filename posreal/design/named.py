@@ -96,7 +96,8 @@ def problem(
         Where ride is measured in ``vertical-comfort`` (T by default); ``worst`` minimises the worst of the three.
     objective : str, optional
         What is minimised in ``quarter-car`` (J1 by default): ``J1``, ``J3``, ``gain_acceleration`` or
-        ``gain_tyre_force`` (the H∞ norm from road velocity), or a weighted sum such as ``J1 + 0.001*J3``.
+        ``gain_tyre_force`` (the H∞ norm from road velocity), or a weighted sum such as ``J1 + 0.001*J3``; in
+        ``vertical-comfort``: ``whole-band``, the ride over all frequencies instead of up to 20 Hz.
     stiffness : float, optional
         Static stiffness of ``quarter-car``, N/m.
     vehicle_file : path, optional
@@ -104,9 +105,11 @@ def problem(
     vehicle : mapping, optional
         Parameters to override, numbers in SI units or text with a unit.
     limits : mapping of metric to number, optional
-        Upper limits on metrics, in their units, such as ``{"deflection_rear": 34.0}``.
+        Upper limits on metrics, in their units, such as ``{"deflection_rear": 34.0}``. ``inertance`` is lim Y/s of the
+        port, not the sum of a network's inerters.
     worst_case : sequence of mappings, optional
-        Operating points besides the nominal one, each as parameters to override; the worst over all is minimised.
+        Operating points besides the nominal one, each as parameters to override; the worst over all is minimised, and
+        constraints hold at each.
 
     Raises
     ------
@@ -125,8 +128,6 @@ def problem(
         else:
             chosen = dataclasses.replace(chosen, objective=f"J1z_{position}")
     if objective is not None:
-        if not isinstance(chosen.vehicle, QuarterCar):
-            raise BadInput(f"objective {objective!r} does not fit {name}; only quarter-car takes one")
         chosen = _minimising(chosen, objective)
     model: Vehicle = chosen.vehicle
     if vehicle_file is not None:
@@ -145,6 +146,15 @@ def problem(
 
 def _minimising(chosen: Problem, objective: str) -> Problem:
     """The problem with another objective, a metric or a weighted sum."""
+    if isinstance(chosen.vehicle, SideView):
+        if objective != "whole-band" or chosen.goal is not None:
+            raise BadInput(
+                f"objective {objective!r} does not fit {chosen.name} here; it takes whole-band, the ride without its "
+                "end at 20 Hz, at one of the positions L, M and T"
+            )
+        return dataclasses.replace(chosen, objective=f"{chosen.objective}_whole")
+    if not isinstance(chosen.vehicle, QuarterCar):
+        raise BadInput(f"objective {objective!r} does not fit {chosen.name}; quarter-car and vertical-comfort take one")
     known = ("J1", "J3", "gain_acceleration", "gain_tyre_force")
     if objective in known:
         return dataclasses.replace(chosen, objective=objective)
@@ -160,7 +170,7 @@ def _minimising(chosen: Problem, objective: str) -> Problem:
 _LIMITED: dict[type, tuple[str, ...]] = {
     PlanView: ("Macc", "max_yv", "static_stiffness", "inertance"),
     SideView: (
-        *(f"J1z_{point}" for point in "LMT"),
+        *(f"J1z_{point}{band}" for band in ("", "_whole") for point in "LMT"),
         *(f"deflection_{kind}{end}" for kind in ("", "rms_", "overall_") for end in ("front", "rear")),
         "static_stiffness",
         "inertance",
@@ -193,7 +203,8 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
 def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Problem:
     """The problem whose objective is the worst over its nominal vehicle and several operating points.
 
-    Constraints are those of the nominal vehicle; at the points the vehicle has to be stable.
+    Constraints hold at each: a limit as the number that it is, "no worse than the default" as no worse than the default
+    suspension in that point's vehicle.
 
     Raises
     ------
@@ -201,7 +212,7 @@ def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Proble
         For a parameter that the vehicle does not have, or a value out of range.
     """
     if isinstance(problem.vehicle, UserPlant):
-        raise BadInput(f"{problem.name} has no parameters to vary; give a plant for each operating point")
+        raise BadInput(f"{problem.name} is a plant of the user's own, which has no parameters to vary by name")
     checked = []
     for point in points:
         changed = override(problem.vehicle, point, where="operating point")

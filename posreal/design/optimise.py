@@ -1,202 +1,194 @@
 """Best element values of a fixed layout.
 
-    min J(θ)   over θ = log(element values, free vehicle parameters) within bounds, subject to the constraints
+    min J(θ, φ)   over the logarithms θ of element values and φ of free vehicle parameters, subject to the constraints
 
-J of a mean-square objective has an exact gradient: the frequency grid gives dJ/dY and the network dY/dθ (see
-:mod:`posreal.design.objective`). Damping ratios and the curve's peak come from eigenvalues; their gradients are
-differences. Each start is polished by SLSQP; the best of them is measured again, in full, by the problem's own metrics,
-and speeds at which the damping constraint turns out to bind are added until it holds at all of them.
+within bounds, by the same sequential quadratic programming (:mod:`.synthesis.constrained`) over the same figures
+(:mod:`.synthesis.figures`) as synthesis: mean squares, weighted sums, the worst of several, largest gains, peaks in
+time, damping ratios, each with its exact gradient. What each start reaches is measured again, in full, by the problem's
+own metrics; speeds at which the damping turns out to be too little are added, and limits that the metric's own
+quadrature sees exceeded are tightened, until everything holds.
 """
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from scipy.optimize import minimize
 
-from posreal.admittance.state_space import StateSpace, state_space
+from posreal.design.constraint import Constraint
+from posreal.design.element_values import ElementValues
 from posreal.design.guard import guarded
 from posreal.design.layout import Layout
-from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.result import Design
+from posreal.design.synthesis.chart import Coordinates
+from posreal.design.synthesis.constrained import AtMost, Damped, Requirement, finish_constrained
+from posreal.design.synthesis.damping import Damping
+from posreal.design.synthesis.figures import Figure, Slopes
+from posreal.design.synthesis.measured import figure_of, objective_figures
+from posreal.design.synthesis.scale import STRUT
 from posreal.design.threads import one_thread
-from posreal.errors import Infeasible, PosrealError
-from posreal.vehicle import PlanView, damping
-from posreal.vehicle.metrics import SPEEDS, curve_peak, lateral_poles
+from posreal.errors import BadInput, Infeasible, PosrealError
+from posreal.vehicle import PlanView
+from posreal.vehicle.metrics import SPEEDS
 
 Array = np.ndarray
-_STEP = 1e-6  # of a difference in log θ: half the digits of an eigenvalue
-_SAFETY = 1e-7  # constraints are asked for with this relative margin, so that rounding leaves them satisfied
-_MODES = 4  # least damped modes of each speed that SLSQP sees: enough that two can change places
+_SAFETY = 1e-7  # relative room that a constraint is given where the metric missed it
+_NEAR = 0.1  # relative miss of a constraint that may be due to the search's own quadrature
+_ROUNDS = 5
+_SCREENED = 7  # power of two of the points that starts are chosen from
+_WATCHED = (float(SPEEDS[0]), *SPEEDS[9::15].tolist(), float(SPEEDS[-1]))
+_FEW = tuple(SPEEDS[[0, 27, -1]].tolist())
+
+Point = tuple[Array, dict[str, float]]
+"""Logarithms of element values, and free vehicle parameters."""
+
+
+@dataclass
+class _Watch:
+    """What a round is shown of each constraint: speeds of a damping ratio, a factor on a limit."""
+
+    speeds: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    factors: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class _Free:
-    """The unknowns: names, bounds, and how a vector of logarithms becomes values."""
+class _There:
+    """A figure or a requirement of an operating point, where a layout's static spring or bush has the value there."""
 
-    elements: tuple[str, ...]
-    vehicle: tuple[str, ...]
-    lower: Array
-    upper: Array
+    inner: Any
+    elements: ElementValues
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        return self.elements + self.vehicle
+    def values(self, device: Any, parameters: Mapping[str, float]) -> Array:
+        return np.asarray(self.inner.values(self.elements.moved(device), parameters))
 
-    def values(self, theta: Array) -> dict[str, float]:
-        """Values of the free elements and vehicle parameters."""
-        return dict(zip(self.names, np.exp(np.clip(theta, self.lower, self.upper)).tolist(), strict=True))
+    def slopes(self, chart: Coordinates, theta: Array, parameters: Mapping[str, float]) -> Slopes:
+        found: Slopes = self.inner.slopes(self.elements, theta, parameters)
+        return found
+
+    def margins(self, chart: Coordinates, theta: Array, parameters: Mapping[str, float]) -> Slopes:
+        found: Slopes = self.inner.margins(self.elements, theta, parameters)
+        return found
 
 
 class _Station:
-    """One layout on one problem as functions of θ; remembers the last point, as SLSQP asks for it several times."""
+    """One layout on one problem: its unknowns, its objective, its constraints."""
 
     def __init__(self, problem: Problem, layout: Layout) -> None:
         layout.require(problem)
         self.problem, self.layout = problem, layout
-        elements = layout.free_elements(problem)
-        tied = {problem.roles[rule.role] for rule in layout.rules.values() if rule.role}
-        vehicle = {name: (r.lower, r.upper) for name, r in problem.free.items() if name not in tied}
-        bounds = np.log(np.array([*elements.values(), *vehicle.values()]).reshape(-1, 2))
-        self.free = _Free(tuple(elements), tuple(vehicle), bounds[:, 0], bounds[:, 1])
-        self.settled = layout.settled_values(problem)
-        self.ride: MeanSquare = mean_square(problem, primary_open=bool(vehicle))
-        self._index = [layout.network.names.index(name) for name in elements]
+        self.elements = ElementValues(problem, layout)
+        # the static spring is the layout's own element, so what is left free are the primary parameters
+        self.free = {name: r for name, r in problem.free.items() if name not in problem.roles.values()}
+        if not self.elements.names and not self.free:
+            raise BadInput(f"layout {layout.name} leaves no value to choose on {problem.name}; evaluate it instead")
+        for name in self.elements.names:
+            role = layout.rules[name].role if name in layout.rules else None
+            if role and any(problem.roles[role] in values for values in problem.points):
+                raise BadInput(f"layout {layout.name} chooses its own {role}, so no operating point can set it")
+        posed = replace(problem, free=self.free)
+        self._nominal = replace(posed, objective=problem.base_objective, points=())
+        self._points = posed.at_points
+        self._elements_at = {name: self.elements.at(point, layout) for name, point in self._points.items()}
+        self.objective: tuple[Figure, ...] = objective_figures(self._nominal, STRUT)
+        for name, point in self._points.items():
+            self.objective += tuple(_There(one, self._elements_at[name]) for one in objective_figures(point, STRUT))
+        self.limits = {
+            c.metric: AtMost(c.metric, figure_of(self._at(c.point), c.base, STRUT), c.value)
+            for c in problem.constraints
+            if c.sense == "<="
+        }
 
-    def tuned(self, theta: Array) -> tuple[Problem, dict[str, float]]:
-        """The problem with its vehicle parameters in place, and all element values."""
-        values = self.free.values(theta)
-        vehicle = {name: values[name] for name in self.free.vehicle}
-        return self.problem.with_vehicle(vehicle), self.settled | {n: values[n] for n in self.free.elements}
+    def _at(self, point: str) -> Problem:
+        return self._points[point] if point else self._nominal
 
-    def rms(self, theta: Array) -> tuple[float, Array]:
-        """The mean-square metric and its gradient in θ."""
-        values = self.free.values(theta)
-        elements = [(self.settled | values)[name] for name in self.layout.network.names]
-        s = self.ride.s
-        Y, dY = self.layout.network.evaluate(elements, s)
-        beside = self.problem.layout_mounting.beside
-        ports = {"secondary": Y if beside is None else Y + np.asarray(beside(s))}
-        if self.free.vehicle:
-            ports["primary"] = values["Kpy"] / s + values["Cpy"]
-        J, slopes = self.ride.value_and_slopes(ports)
-        gradient = [float((slopes["secondary"] @ dY[i]).real) for i in self._index]
-        if self.free.vehicle:
-            share = {"Kpy": values["Kpy"] / s, "Cpy": np.full_like(s, values["Cpy"])}
-            gradient += [float((slopes["primary"] @ share[name]).real) for name in self.free.vehicle]
-        return J, np.array(gradient)
+    @property
+    def ride(self) -> tuple[Figure, ...]:
+        """Macc of the lateral problems."""
+        return (figure_of(self._nominal, "Macc", STRUT),)
 
-    def device(self, theta: Array) -> tuple[PlanView, StateSpace]:
-        """Vehicle and port device in state space, for poles and time responses (lateral problems)."""
-        tuned, elements = self.tuned(theta)
-        network = self.layout.network.with_values(elements)
-        assert isinstance(tuned.vehicle, PlanView)
-        return tuned.vehicle, state_space(self.problem.port(network.admittance(), whole=True))
+    def damping(self, point: str, speeds: tuple[float, ...]) -> Damping:
+        """Damping ratios at an operating point."""
+        vehicle = self._at(point).vehicle
+        assert isinstance(vehicle, PlanView)
+        return Damping(vehicle, STRUT, tuple(self.free), speeds)
 
-    def damping_ratios(self, theta: Array, speeds: Array) -> Array:
-        """The least damping ratios of each speed, in ascending order, one after another."""
-        vehicle, device = self.device(theta)
-        poles = lateral_poles(vehicle, device, speeds)
-        upper = np.where(poles.imag >= 0, damping.ratios(poles), np.inf)
-        return np.asarray(np.sort(upper, axis=1)[:, :_MODES].ravel())
+    def requirements(self, watch: _Watch) -> list[Requirement]:
+        """The constraints as the local search sees them."""
+        made: list[Requirement] = []
+        for c in self.problem.constraints:
+            factor = watch.factors.get(c.metric, 1.0)
+            one: Requirement
+            if c.sense == "<=":
+                one = replace(self.limits[c.metric], limit=c.value * factor)
+            else:
+                one = Damped(self.damping(c.point, watch.speeds.get(c.metric, _WATCHED)), c.value / 100 * factor)
+            made.append(_There(one, self._elements_at[c.point]) if c.point else one)
+        return made
 
-    def peak(self, theta: Array) -> float:
-        """Max(yv), mm."""
-        return 1e3 * curve_peak(*self.device(theta))
+    def least_damping(self, constraint: Constraint, speeds: tuple[float, ...], point: Point) -> Array:
+        """The least damping ratio at each of the speeds, at the operating point of a constraint on it."""
+        elements = self._elements_at.get(constraint.point, self.elements)
+        return self.damping(constraint.point, speeds).least(elements.device(point[0]), point[1])
 
+    def tuned(self, point: Point) -> Problem:
+        """The problem with its vehicle parameters in place."""
+        return self.problem.with_vehicle(point[1])
 
-def _gradient(function: Callable[[Array], Array | float], theta: Array) -> Array:
-    """Central differences, one row an output."""
-    rows = []
-    for i in range(len(theta)):
-        step = np.zeros_like(theta)
-        step[i] = _STEP
-        rows.append((np.atleast_1d(function(theta + step)) - np.atleast_1d(function(theta - step))) / (2 * _STEP))
-    return np.array(rows).T
-
-
-@dataclass(frozen=True)
-class _Watch:
-    """What SLSQP is shown of the constraints: `speeds` of the damping ratio, and metric / smooth figure of Macc."""
-
-    speeds: Array
-    correction: float = 1.0
+    def value(self, figures: tuple[Figure, ...], point: Point) -> float:
+        """The largest number of some figures."""
+        strut = self.elements.device(point[0])
+        return max(float(figure.values(strut, point[1]).max()) for figure in figures)
 
 
-def _constraints(station: _Station, watch: _Watch) -> list[dict[str, object]]:
-    """The problem's constraints for SLSQP, each scaled to order one."""
-    made: list[dict[str, object]] = []
-    for constraint in station.problem.constraints:
-        if constraint.metric == "Ldmp":
-
-            def slack(theta: Array, floor: float = constraint.value / 100 * (1 + _SAFETY)) -> Array:
-                return (station.damping_ratios(theta, watch.speeds) - floor) / floor
-
-            made.append({"type": "ineq", "fun": slack, "jac": lambda theta, f=slack: _gradient(f, theta)})
-        else:
-            ceiling = constraint.value * (1 - _SAFETY) / watch.correction
-            made.append(
-                {
-                    "type": "ineq",
-                    "fun": lambda theta, c=ceiling: 1 - station.rms(theta)[0] / c,
-                    "jac": lambda theta, c=ceiling: -station.rms(theta)[1] / c,
-                }
-            )
-    return made
-
-
-def _polish(station: _Station, start: Array, watch: _Watch) -> Array:
-    """SLSQP from one start."""
-    if station.problem.objective == "max_yv":
-        scale = station.peak(start)
-
-        def objective(theta: Array) -> tuple[float, Array]:
-            return station.peak(theta) / scale, _gradient(station.peak, theta)[0] / scale
-    else:
-        scale = station.rms(start)[0]
-
-        def objective(theta: Array) -> tuple[float, Array]:
-            J, slope = station.rms(theta)
-            return J / scale, slope / scale
-
+def _polish(station: _Station, start: Point, watch: _Watch) -> list[Point]:
+    """Where a local search ends, and the best point on its way that seemed to keep everything."""
     with warnings.catch_warnings():
         # SLSQP says so when a line search leaves the bounds by rounding and is clipped
         warnings.filterwarnings("ignore", message="Values in x were outside bounds", category=RuntimeWarning)
-        result = minimize(
-            objective,
-            start,
-            jac=True,
-            method="SLSQP",
-            bounds=list(zip(station.free.lower, station.free.upper, strict=True)),
-            constraints=_constraints(station, watch),
-            options={"maxiter": 200, "ftol": 1e-11},
+        ends = finish_constrained(
+            station.objective,
+            station.requirements(watch),
+            station.free,
+            station.elements,
+            *start,
+            iterations=200,
+            tolerance=1e-11,
         )
-    return np.clip(np.asarray(result.x), station.free.lower, station.free.upper)
+    return [(np.clip(theta, station.elements.lower, station.elements.upper), values) for theta, values in ends]
 
 
-def _screened(station: _Station, count: int, seed: int) -> Iterator[Array]:
+def _screened(station: _Station, count: int, seed: int) -> Iterator[Point]:
     """Starting points: the most promising of a scrambled Sobol set over the bounds."""
     from scipy.stats import qmc  # slow to import, and only a search needs it
 
-    size = len(station.free.names)
-    sobol = qmc.Sobol(size, scramble=True, rng=np.random.default_rng(seed)).random_base2(7)
-    points = station.free.lower + sobol * (station.free.upper - station.free.lower)
-    scores = np.array([station.rms(theta)[0] for theta in points])
-    if "Ldmp" in station.problem.keep:
+    elements, free = station.elements, station.free
+    ranges = np.log(np.array([[r.lower, r.upper] for r in free.values()]).reshape(-1, 2))
+    lower, upper = np.append(elements.lower, ranges[:, 0]), np.append(elements.upper, ranges[:, 1])
+    sobol = qmc.Sobol(len(lower), scramble=True, rng=np.random.default_rng(seed)).random_base2(_SCREENED)
+    points: list[Point] = [
+        (row[: elements.size], dict(zip(free, np.exp(row[elements.size :]).tolist(), strict=True)))
+        for row in lower + sobol * (upper - lower)
+    ]
+    # a curve's peak says little of a vehicle that sways without end, its ride more
+    figures = station.objective if station.problem.base_objective != "max_yv" else station.ride
+    scores = np.array([station.value(figures, point) for point in points])
+    floors = [c for c in station.problem.constraints if c.sense == ">="]
+    order = np.argsort(scores, kind="stable")
+    if floors:
         # an undamped vehicle is no start: rank by ride only among points that are near enough to the damping floor
-        floor = next(c.value for c in station.problem.constraints if c.metric == "Ldmp") / 100
-        order = np.argsort(scores)[: len(points) // 2]
-        few = SPEEDS[[0, 27, -1]]
-        shortfall = np.array([max(0.0, floor - station.damping_ratios(points[i], few).min()) for i in order])
-        yield from points[order[np.argsort(shortfall + 1e-3 * scores[order] / scores[order[0]])][:count]]
-    else:
-        yield from points[np.argsort(scores)[:count]]
+        order = order[: len(points) // 2]
+        shortfall = [
+            max(0.0, *(c.value / 100 - station.least_damping(c, _FEW, points[i]).min() for c in floors)) for i in order
+        ]
+        order = order[np.argsort(np.array(shortfall) + 1e-3 * scores[order] / scores[order[0]], kind="stable")]
+    yield from (points[i] for i in order[:count])
 
 
 @one_thread
@@ -272,32 +264,54 @@ def optimise(
     )
 
 
-def _from_start(station: _Station, start: Array) -> tuple[Design | None, str]:
+def _from_start(station: _Station, start: Point) -> tuple[Design | None, str]:
     """Polish one start until the constraints hold as the metrics measure them; or why it led nowhere."""
-    watch = _Watch(np.array([SPEEDS[0], *SPEEDS[9::15], SPEEDS[-1]]))
-    theta = start
+    watch = _Watch()
     design: Design | None = None
-    for _ in range(5):
-        theta = _polish(station, theta, watch)
-        try:
-            design = _measured(station, theta)
-        except PosrealError as error:
-            return None, str(error)
-        if design.feasible:
+    for _ in range(_ROUNDS):
+        reason = "the local search ran off to infinity"
+        for point in _polish(station, start, watch):
+            try:
+                found = _measured(station, point)
+            except PosrealError as error:
+                reason = str(error)
+                continue
+            design, start = found, point
+            if design.feasible:
+                return design, ""
+        if design is None:
+            return None, reason
+        if not _look_closer(station, start, design, watch):
             break
-        watch = _Watch(
-            np.union1d(watch.speeds, _violating_speeds(station, theta)),
-            design.metrics["Macc"].value / station.rms(theta)[0] if "Macc" in design.metrics else 1.0,
-        )
     return design, ""
 
 
-def _measured(station: _Station, theta: Array) -> Design:
+def _look_closer(station: _Station, point: Point, design: Design, watch: _Watch) -> bool:
+    """Add the speeds at which a damping is too little, tighten what is missed by a little; False if nothing helps."""
+    changed = False
+    for c in station.problem.constraints:
+        if c.verdict(design.metrics) != "VIOLATED":
+            continue
+        seen = watch.speeds.get(c.metric, _WATCHED)
+        if c.sense == ">=":
+            least = station.least_damping(c, tuple(SPEEDS.tolist()), point)
+            speeds = tuple(np.union1d(seen, SPEEDS[least < c.value / 100]).tolist())
+            if speeds != seen:
+                watch.speeds[c.metric] = speeds
+                changed = True
+                continue
+        short = c.value / design.metrics[c.metric].value
+        if math.isfinite(short) and abs(short - 1) < _NEAR:
+            away = 1 + _SAFETY if c.sense == ">=" else 1 - _SAFETY
+            watch.factors[c.metric] = watch.factors.get(c.metric, 1.0) * short * away
+            changed = True
+    return changed
+
+
+def _measured(station: _Station, point: Point) -> Design:
     """Everything about a point, by the problem's own metrics."""
-    tuned, elements = station.tuned(theta)
-    return evaluate_layout(
-        tuned, station.layout, elements, vehicle={n: getattr(tuned.vehicle, n) for n in station.free.vehicle}
-    )
+    tuned = station.tuned(point)
+    return evaluate_layout(tuned, station.layout, station.elements.values(point[0]), vehicle=point[1])
 
 
 def evaluate_layout(
@@ -315,21 +329,13 @@ def evaluate_layout(
     return Design(layout.name, problem, device, metrics, network=network, whole=True, parameters=parameters)
 
 
-def _violating_speeds(station: _Station, theta: Array) -> Array:
-    """Speeds at which the damping constraint is broken."""
-    floors = [c.value / 100 for c in station.problem.constraints if c.metric == "Ldmp"]
-    if not floors:
-        return np.array([])
-    vehicle, device = station.device(theta)
-    least = damping.ratios(lateral_poles(vehicle, device, SPEEDS)).min(axis=1)
-    return np.asarray(SPEEDS[least < floors[0]])
-
-
 def _at_bounds(station: _Station, parameters: Mapping[str, float]) -> list[str]:
     """Which values stand at a bound: an element that wants to vanish, to lock, or to be stiffer than allowed."""
+    bounds = dict(zip(station.elements.names, station.elements.bounds, strict=True))
+    bounds |= {name: (math.log(r.lower), math.log(r.upper)) for name, r in station.free.items()}
     said = []
-    for name, low, high in zip(station.free.names, station.free.lower, station.free.upper, strict=True):
-        where = np.log(parameters[name])
+    for name, (low, high) in bounds.items():
+        where = math.log(parameters[name])
         if where <= low + 1e-6:
             said.append(f"{name} at its lower bound")
         elif where >= high - 1e-6:

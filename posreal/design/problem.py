@@ -3,22 +3,31 @@
 A problem cuts its vehicle open at the secondary suspension; what stays there is its :class:`Mounting`. Constraints are
 named by the metric they limit; "no worse than the default" is the same vehicle's own figure with its default
 suspension, recomputed for the vehicle at hand; `at_most` are numbers of the user's own. The objective may be a
-:class:`Goal` made of several metrics, and may be the worst over several operating points.
+:class:`Goal` made of several metrics, and may be the worst over several operating points. Constraints then hold at each
+of them: a limit is the same number everywhere, and "the default" is the default suspension in that point's vehicle.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from posreal.admittance import Rational, state_space
-from posreal.design.constraint import Constraint, Range
+from posreal.design.constraint import ROUNDING, Constraint, Range
 from posreal.design.goal import Goal
 from posreal.design.mounting import Mounting
+from posreal.errors import BadInput, Infeasible
 from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView, close, gain, override
-from posreal.vehicle.metrics import lateral_metrics, quarter_car_metrics, vertical_metrics
+from posreal.vehicle.metrics import (
+    lateral_metrics,
+    quarter_car_metrics,
+    vertical_metrics,
+    vertical_ride_over_the_whole_band,
+)
 from posreal.vehicle.user_plant import UserPlant, user_metrics
 
 Vehicle = PlanView | SideView | QuarterCar | UserPlant
@@ -43,12 +52,15 @@ class Problem:
     free : mapping of vehicle parameter to Range
         Vehicle parameters that the designer may choose too.
     at_most : mapping of metric to float
-        Upper limits on metrics, in their units. Besides the vehicle's metrics, ``inertance`` (kg, of the whole port
-        at high frequency) and ``gain_OUTPUT`` (largest gain over all frequencies) may be limited and minimised.
+        Upper limits on metrics, in their units. Besides the vehicle's metrics, ``gain_OUTPUT`` (largest gain over all
+        frequencies) and ``J1z_T_whole`` (ride not ending at 20 Hz) may be limited and minimised, and ``inertance``
+        limited: lim Y/s of the whole port at high frequency (kg). That is not the sum of the inerters in a network of
+        the device: one behind a spring or a damper does not show in it.
     goal : Goal or None
         What the objective is made of, where it is not a metric of the vehicle.
     points : tuple of mappings of vehicle parameter to value
-        Operating points besides the nominal one; the objective is then the worst over all of them.
+        Operating points besides the nominal one; the objective is then the worst over all of them, and constraints
+        hold at each.
     """
 
     name: str
@@ -63,13 +75,23 @@ class Problem:
 
     # --- the vehicle around the device -----------------------------------------------------------------------
 
-    def with_vehicle(self, values: Mapping[str, float]) -> Problem:
+    def with_vehicle(self, values: Mapping[str, Any]) -> Problem:
         """The same problem with some vehicle parameters re-tuned: reference and constraints stay the original's."""
         if not values:
             return self
         tuned = dataclasses.replace(self, vehicle=override(self.vehicle, values))
+        tuned.__dict__["original"] = self.original
         tuned.__dict__["default_metrics"] = self.default_metrics
+        tuned.__dict__["at_points"] = {
+            name: there.with_vehicle({key: value for key, value in values.items() if key not in set_there})
+            for (name, there), set_there in zip(self.at_points.items(), self.points, strict=True)
+        }
         return tuned
+
+    @cached_property
+    def original(self) -> Problem:
+        """The problem before its vehicle was re-tuned, to which reference and constraints belong."""
+        return self
 
     @property
     def mounting(self) -> Mounting:
@@ -108,6 +130,32 @@ class Problem:
         """Port admittance with `device` in its place, or with a `whole` strut, as a layout is."""
         return (self.layout_mounting if whole else self.mounting).port(device)
 
+    def port_at(self, point: Problem, port: Rational, changed: Iterable[str]) -> Rational:
+        """The admittance `port` with what the vehicle gives to it as it is at an operating point.
+
+        Parameters
+        ----------
+        point : Problem
+            The problem there.
+        port : Rational
+            At this problem's own vehicle.
+        changed : names of the parameters in which the two differ
+
+        Raises
+        ------
+        BadInput
+            If a static spring or bush changes that is not a spring by itself in the strut.
+        """
+        device = self.mounting.device(port)
+        for role, name in self.roles.items():
+            if name in changed and not device.is_zero():
+                # what is left at the end where the spring counts, in units of it; rounding may make it no less than 0
+                spring = Fraction(getattr(self.vehicle, name))
+                left = device.inverse().inertance * spring if role == "bush" else device.static_stiffness / spring
+                if left < -ROUNDING:
+                    raise BadInput(f"{name} cannot vary here: in this strut it is not the {role} alone")
+        return point.mounting.port(device)
+
     @property
     def default_device(self) -> Rational | None:
         """What the vehicle comes with in the device's place."""
@@ -131,14 +179,18 @@ class Problem:
         found = self._own_metrics(port)
         if not self.points:
             return found
-        device = self.mounting.device(port)
         worst, where = found[self.base_objective], "the nominal point"
-        for values in self.points:
-            point = self.at_point(values)
-            there = point._own_metrics(point.mounting.port(device))[self.base_objective]
-            if there.value > worst.value:
-                worst, where = there, ", ".join(f"{name} = {value:g}" for name, value in values.items())
-        found[self.objective] = Metric(worst.value, worst.unit, f"at {where}")
+        for (name, point), changed in zip(self.at_points.items(), self.points, strict=True):
+            try:
+                there = point._own_metrics(self.port_at(point, port, changed))
+            except Infeasible as error:
+                raise Infeasible(f"at {name}: {error}") from None
+            counting = dict.fromkeys((self.base_objective, *self.keep, *self.at_most))
+            found |= {f"{metric} at {name}": there[metric] for metric in counting}
+            if there[self.base_objective].value > worst.value:
+                worst, where = there[self.base_objective], name
+        place = f"at {where}" + (f", {worst.at}" if worst.at else "")
+        found[self.objective] = Metric(worst.value, worst.unit, place)
         return found
 
     def _own_metrics(self, port: Rational) -> dict[str, Metric]:
@@ -155,6 +207,9 @@ class Problem:
         if "inertance" in asked:
             found["inertance"] = Metric(float(port.inertance), "kg")
         for name in sorted(asked):
+            if isinstance(self.vehicle, SideView) and name.endswith("_whole"):
+                position = name.removeprefix("J1z_").removesuffix("_whole")
+                found[name] = Metric(vertical_ride_over_the_whole_band(self.vehicle, port, position), "%g")
             if name.startswith("gain_"):
                 plant = self.plant
                 loop = close(plant, {"secondary": state_space(port)})
@@ -183,30 +238,52 @@ class Problem:
         """The objective at one operating point."""
         return self.objective.removeprefix(WORST_CASE) if self.points else self.objective
 
-    def at_point(self, values: Mapping[str, float]) -> Problem:
-        """The same objective at one of the operating points alone, without constraints."""
-        vehicle = override(self.vehicle, values)
-        return dataclasses.replace(
-            self, vehicle=vehicle, objective=self.base_objective, points=(), keep=(), free={}, at_most={}
-        )
+    @property
+    def whole_band(self) -> bool:
+        """Whether the objective is over all frequencies, as bounds are, and does not end at 20 Hz."""
+        return isinstance(self.vehicle, QuarterCar | UserPlant) or self.base_objective.endswith("_whole")
+
+    @cached_property
+    def at_points(self) -> dict[str, Problem]:
+        """The same problem at each of the operating points alone, by the point's name, such as ``Crz=40000``."""
+        return {
+            ",".join(f"{name}={value:g}" for name, value in values.items()): dataclasses.replace(
+                self, vehicle=override(self.vehicle, values), objective=self.base_objective, points=()
+            )
+            for values in self.points
+        }
 
     @cached_property
     def default_metrics(self) -> dict[str, Metric] | None:
-        """Every metric with the default suspension."""
-        return None if self.default_port is None else self.metrics(self.default_port)
+        """Every metric with the default suspension.
+
+        Raises
+        ------
+        Infeasible
+            If the vehicle is not stable with it, at the nominal point or another.
+        """
+        try:
+            return None if self.default_port is None else self.metrics(self.default_port)
+        except Infeasible as error:
+            raise Infeasible(f"with the default suspension, {error}") from None
 
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
-        """The constraints with their values."""
-        kept: tuple[Constraint, ...] = ()
+        """The constraints with their values: the nominal vehicle's, then those of each operating point."""
+        found: list[Constraint] = []
         if self.keep and self.default_metrics is not None:
-            kept = tuple(
+            found = [
                 Constraint(name, ">=" if name == "Ldmp" else "<=", self.default_metrics[name].value, "the default's")
                 for name in self.keep
-            )
-        return kept + tuple(Constraint(name, "<=", value, "a limit") for name, value in self.at_most.items())
+            ]
+        found += [Constraint(name, "<=", value, "a limit") for name, value in self.at_most.items()]
+        for name, point in self.at_points.items():
+            found += [
+                dataclasses.replace(one, metric=f"{one.metric} at {name}", point=name) for one in point.constraints
+            ]
+        return tuple(found)
 
-    def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = 1e-9) -> list[str]:
+    def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = ROUNDING) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""
         return [
             f"{constraint} is violated: {metrics[constraint.metric].value:.6g}"

@@ -135,6 +135,16 @@ class Design:
             "order": self.order,
             "parameters": dict(self.parameters),
             "feasible": self.feasible,
+            "constraints": [
+                {
+                    "metric": c.metric,
+                    "sense": c.sense,
+                    "limit": c.value,
+                    "value": self.metrics[c.metric].value,
+                    "verdict": c.verdict(self.metrics).lower(),
+                }
+                for c in self.problem.constraints
+            ],
             "found": dict(self.found),
         }
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from posreal.design import Bound, Design, Problem, evaluate, layouts, optimise, synthesise
 from posreal.design.bound import bound as prove
-from posreal.errors import BadInput
+from posreal.design.search.ground import mean_square_metrics
+from posreal.errors import BadInput, Infeasible, listed
 from posreal.network import Network
 from posreal.network.diagram import diagram
-from posreal.study.strut import degree, realised, strut
+from posreal.study.strut import degree, realised, strut, terminals
 from posreal.study.text import percent, table
 
 _HEADLINES = {
@@ -20,15 +22,26 @@ _HEADLINES = {
     "plan-view": ("Macc", "Ldmp", "max_yv"),
     "quarter-car": ("J1", "J3"),
 }
+_MOST = 5  # outputs of a plant of the user's own that have a column
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Designs for one problem, in the order in which they are shown."""
+    """Designs for one problem, in the order in which they are shown.
+
+    Attributes
+    ----------
+    problem : Problem
+    rows : tuple of Design
+    bound : Bound or None
+    notes : tuple of str
+        Why a row or the bound is missing.
+    """
 
     problem: Problem
     rows: tuple[Design, ...]
     bound: Bound | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def best(self) -> Design:
@@ -48,24 +61,41 @@ class Comparison:
         """Per cent by which the proven bound is below a row, both in the bound's own (whole-band) figure."""
         return None if self.bound is None else self.bound.beside(row).gap_percent
 
+    @property
+    def shares_figure(self) -> bool:
+        """Whether the objective is the very figure that the bound is about: over all frequencies, at one point."""
+        return self.bound is not None and self.problem.whole_band and self.bound.metric == self.problem.objective
+
+    @property
+    def objective_label(self) -> str:
+        """The objective in a word or two: a metric's name, ``worst case``, ``worst``, ``norm`` or ``sum``."""
+        problem = self.problem
+        return "worst case" if problem.points else problem.objective if problem.goal is None else problem.goal.kind
+
+    @property
+    def _metrics(self) -> tuple[str, ...]:
+        """Metrics that have a column."""
+        problem = self.problem
+        shown = _HEADLINES.get(problem.vehicle.name) or mean_square_metrics(problem)[:_MOST]
+        return shown if problem.objective in shown else (*shown, problem.objective)
+
     def __str__(self) -> str:
         return self.text()
 
     def text(self, *, ascii: bool = False) -> str:
         """The table, what to know about it, and the best network drawn."""
-        problem = self.problem
-        metrics = _HEADLINES[problem.vehicle.name]
+        problem, metrics = self.problem, self._metrics
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
-        goal = problem.objective
+        called = {name: name for name in metrics} | {problem.objective: self.objective_label}
+        improved = metrics if problem.vehicle.name == "side-view" else (problem.objective,)
+        better = [f"better at {called[name].removeprefix('J1z_')}" for name in improved]
+        if len(improved) == 1:
+            better = [f"{called[problem.objective]} better"]
         header = [
             "design",
             "degree",
-            *(f"{name} [{units[name]}]" for name in metrics),
-            *(
-                [f"better at {name.removeprefix('J1z_')}" for name in metrics]
-                if problem.vehicle.name == "side-view"
-                else [f"{goal} better"]
-            ),
+            *(f"{called[name]} [{units[name]}]" for name in metrics),
+            *better,
             *([] if self.bound is None else ["gap"]),
             "elements",
             "k+c+b",
@@ -73,13 +103,12 @@ class Comparison:
         body = []
         for row in self.rows:
             network = strut(row)
-            shown = metrics if problem.vehicle.name == "side-view" else (goal,)
             body.append(
                 [
-                    row.label,
+                    row.label if row.feasible else f"{row.label} (breaks a constraint)",
                     "–" if row.device is None else str(degree(row)),
                     *(f"{row.metrics[name].value:#.5g}" for name in metrics),
-                    *("–" if row is self.reference else percent(self.improvement(row, name)) for name in shown),
+                    *("–" if row is self.reference else percent(self.improvement(row, name)) for name in improved),
                     *([] if self.bound is None else [percent(self.gap(row), 1)]),
                     "–" if network is None else str(len(network)),
                     "–" if network is None else "+".join(str(n) for n in network.counts[:3]),
@@ -97,34 +126,53 @@ class Comparison:
             ]
         return "\n".join(lines)
 
+    def draw(self, path: str | Path) -> Path:
+        """Draw the rows and the bound into a .png, .svg or .pdf; see :mod:`.comparison_figure`."""
+        from posreal.study.comparison_figure import draw
+
+        return draw(self, path)
+
     def _notes(self) -> list[str]:
         notes = [
             "Every figure is measured anew from the network in the row; "
             "optima and synthesised devices are the best found."
         ]
-        kinds = {"side-view": "bush", "plan-view": "static spring", "quarter-car": "static spring"}
-        notes.append(
-            f"Degree and elements include the {kinds[self.problem.vehicle.name]}; k+c+b: springs, dampers, inerters."
-        )
+        included = f" include the {listed(self.problem.roles)}" if self.problem.roles else " are those of the device"
+        notes.append(f"Degree and elements{included}; k+c+b: springs, dampers, inerters.")
+        if self.objective_label != self.problem.objective:
+            where = "".join(f", {name}" for name in self.problem.at_points)
+            at = f", the worst over the nominal vehicle{where}" if where else ""
+            notes.append(f"{self.objective_label.capitalize()}: {self.problem.base_objective}{at}.")
         if self.bound is not None:
+            nominal = " at the nominal vehicle" if self.problem.points else ""
+            whole = self.bound.metric == self.problem.base_objective
+            notes += [] if whole else [f"The bound is on {self.bound.metric}, than which the worst is no smaller."]
             notes += [
-                f"Proven: {self.bound.metric} ≥ {self.bound.value:.5g} {self.bound.unit} over the whole band for "
-                f"{self.bound.devices}.",
+                f"Proven: {self.bound.metric} ≥ {self.bound.value:.5g} {self.bound.unit} over the whole band{nominal} "
+                f"for {self.bound.devices}.",
                 "Gap: how far that is below the row, whose own figure over the whole band is taken for it.",
             ]
-        return notes + [f"Subject to {constraint}." for constraint in self.problem.constraints]
+        return [*notes, *self.notes, *(f"Subject to {constraint}." for constraint in self.problem.constraints)]
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able rows, each with its gap to the bound; `bound` is null where no bound is known."""
         rows = [row.to_dict() | {"gap_percent": self.gap(row)} for row in self.rows]
         bound = None if self.bound is None else self.bound.to_dict()
         kept = None if bound is None else {key: bound[key] for key in ("bound", "best", "gap_percent")}
-        return {"problem": self.problem.name, "rows": rows, "bound": kept}
+        return {"problem": self.problem.name, "rows": rows, "bound": kept, "notes": list(self.notes)}
+
+
+def _bound(problem: Problem, progress: Callable[[str], None] | None) -> Bound:
+    """A bound on the objective; on the worst of several figures, the best of the bounds on each."""
+    goal = problem.goal
+    if goal is None or goal.kind != "worst":
+        return prove(problem, effort=0, progress=progress)
+    parts = [replace(problem, objective=name, goal=None, points=()) for name, _ in goal.parts]
+    return max((prove(part, effort=0, progress=progress) for part in parts), key=lambda bound: bound.value)
 
 
 def _drawn(network: Network, problem: Problem, ascii: bool) -> str:
-    ends = {"side-view": ("body", "bogie"), "plan-view": ("body", "bogie"), "quarter-car": ("body", "wheel")}
-    return diagram(network, ends[problem.vehicle.name], ascii=ascii)
+    return diagram(network, terminals(problem), ascii=ascii)
 
 
 def compare(
@@ -149,6 +197,11 @@ def compare(
     -------
     Comparison
         Synthesised rows hold their networks, with the networks' own figures.
+
+    Raises
+    ------
+    Infeasible
+        If nothing that was tried keeps the constraints.
     """
 
     def say(text: str) -> None:
@@ -156,27 +209,37 @@ def compare(
             progress(text)
 
     rows: list[Design] = []
+    notes: list[str] = []
     if problem.default_port is not None:
         label = "airspring only" if problem.vehicle.name == "side-view" else "default (k | c)"
         rows.append(evaluate(problem, None, label=label))
     for entry in layouts():
         if entry.fits(problem):
             say(f"optimising {entry.name}")
-            rows.append(optimise(problem, entry, seed=seed, jobs=jobs))
+            try:
+                rows.append(optimise(problem, entry, seed=seed, jobs=jobs))
+            except (Infeasible, BadInput) as reason:
+                notes.append(f"{entry.name}: {reason}.")
     warm: list[Any] = []
     for order in orders:
         say(f"synthesising order {order}")
-        design = synthesise(problem, order, seed=seed, warm=warm, jobs=jobs, progress=progress)
+        try:
+            design = synthesise(problem, order, seed=seed, warm=warm, jobs=jobs, progress=progress)
+        except Infeasible as reason:
+            notes.append(f"Order {order}: {reason}.")
+            continue
         warm.append(design.device)
         say(f"realising order {order}")
         rows.append(realised(design)[0])
+    if not any(row.feasible for row in rows):
+        kept = listed(problem.constraints).replace(" or ", " and ")
+        raise Infeasible(f"neither a layout nor a synthesised device was found that keeps {kept}")
     say("proving a bound")
     try:
-        bound = prove(problem, effort=0, progress=progress)
-    except BadInput as reason:  # no bound is known for this problem, and the reason says why
-        say(str(reason))
-        return Comparison(problem, tuple(rows))
+        bound = _bound(problem, progress)
+    except BadInput as reason:
+        return Comparison(problem, tuple(rows), notes=(*notes, f"No bound: {reason}."))
     best = min((row for row in rows if row.feasible), key=lambda row: bound.figure.measure(row.port))
     for row in rows:
         bound.require_not_below(row)
-    return Comparison(problem, tuple(rows), bound.beside(best))
+    return Comparison(problem, tuple(rows), bound.beside(best), tuple(notes))

@@ -15,10 +15,12 @@ from typing import Any
 
 from posreal.design import Design, layout, layouts, optimise, synthesise
 from posreal.design.search import FrontPoint, Search, unrestricted
-from posreal.errors import BadInput
+from posreal.errors import BadInput, listed
 from posreal.network.diagram import diagram
-from posreal.study.strut import mounted
+from posreal.study.strut import mounted, terminals
 from posreal.study.text import percent, table
+
+_PICTURES = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -275,12 +277,11 @@ def writable_picture(path: str | Path) -> None:
     ------
     BadInput
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     path = Path(path)
-    formats = sorted(FigureCanvasAgg.get_supported_filetypes())
-    if path.suffix.removeprefix(".").lower() not in formats:
-        raise BadInput(f"{path} does not end in a picture's format; accepted are {', '.join(formats)}")
+    if path.suffix.lower() not in _PICTURES:
+        raise BadInput(f"{path} does not end in a picture's format; accepted are {listed(_PICTURES)}")
+    if path.is_dir():
+        raise BadInput(f"{path} is a folder; give a file")
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             pass
@@ -306,8 +307,8 @@ def _topology(point: FrontPoint) -> str:
 
 
 def _drawn(point: FrontPoint, ascii: bool) -> str:
-    ends = ("body", "wheel" if point.design.problem.vehicle.name == "quarter-car" else "bogie")
-    return diagram(mounted(point.design.problem, point.network), ends, ascii=ascii)
+    problem = point.design.problem
+    return diagram(mounted(problem, point.network), terminals(problem), ascii=ascii)
 
 
 def _short(network: Any) -> str:

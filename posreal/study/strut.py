@@ -46,6 +46,12 @@ def mounted(problem: Problem, network: Network) -> Network:
     return Spring(static, "k_static") | network
 
 
+def terminals(problem: Problem) -> tuple[str, str]:
+    """What a strut stands between."""
+    ends = {"quarter-car": ("body", "wheel"), "plant": ("+", "-")}
+    return ends.get(problem.vehicle.name, ("body", "bogie"))
+
+
 def degree(design: Design) -> int:
     """McMillan degree of the whole strut, bush or static spring included."""
     if design.device is None:

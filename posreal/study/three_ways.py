@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from posreal.design import Design
+from posreal.errors import BadInput
 from posreal.study.text import table
-from posreal.vehicle import ClosedLoop, PlanView, QuarterCar, SideView, covariance, metrics, simulation
+from posreal.vehicle import ClosedLoop, PlanView, QuarterCar, SideView, UserPlant, covariance, metrics, simulation
 
 
 @dataclass(frozen=True)
@@ -43,22 +44,30 @@ class ThreeWays:
 def three_ways(design: Design, *, seed: int = 0, duration: float = 1200.0) -> ThreeWays:
     """Compute the ride figure of `design` three ways; `duration` is seconds of simulated track.
 
+    Raises
+    ------
+    BadInput
+        If the objective is no ride figure of one vehicle.
+
     Notes
     -----
     The covariance is infinite where white noise reaches the acceleration directly (an inerter straight between
     wheel and body without a bush).
     """
     port, vehicle = design.port, design.problem.vehicle
+    problem = design.problem
+    if isinstance(vehicle, UserPlant) or problem.goal is not None or problem.base_objective.startswith("gain_"):
+        raise BadInput(f"three ways are there for a ride figure of a vehicle, and {problem.base_objective} is none")
     match vehicle:
         case PlanView():
             return _three("J1y", "m/s^2", metrics.lateral_loop(vehicle, port), "body_acceleration",
                           metrics.lateral_rms(vehicle, port), 1.0, seed, duration)  # fmt: skip
         case SideView():
-            position = design.problem.objective[-1]
+            position = problem.base_objective[-1]
             return _three(f"J1z_{position}", "%g", metrics.vertical_loop(vehicle, port), f"acceleration_{position}",
                           metrics.vertical_ride(vehicle, port, position), 100 / vehicle.g, seed, duration)  # fmt: skip
         case QuarterCar():
-            name = design.problem.objective
+            name = problem.base_objective
             output, unit = ("acceleration", "m/s^2") if name == "J1" else ("tyre_force", "N")
             return _three(name, unit, metrics.quarter_car_loop(vehicle, port), output,
                           metrics.quarter_car_by_frequency(vehicle, port, output), 1.0, seed, duration)  # fmt: skip

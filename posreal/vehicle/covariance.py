@@ -6,18 +6,20 @@ AᵀQ + QA + CᵀC = 0 and Δ = τⱼ − τᵢ ≥ 0,
     ∫ gᵢ(t − τᵢ) gⱼ(t − τⱼ) dt = Bⱼᵀ Q e^{AΔ} Bᵢ
 
 so no Padé approximation is needed. A white process of single-sided density S per rad/s gives
-var z = π S ‖G‖₂², with ‖G‖₂² the sum of these terms over all i and j.
+var z = π S ‖G‖₂², with ‖G‖₂² the sum of these terms over all i and j. Of several independent processes the variances
+add.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from posreal.errors import Infeasible
-from posreal.vehicle.plant import ClosedLoop
+from posreal.vehicle.plant import ClosedLoop, channels
 
 
 def rms(loop: ClosedLoop, output: str) -> float:
@@ -37,10 +39,11 @@ def rms(loop: ClosedLoop, output: str) -> float:
     C = loop.C[j : j + 1]
     Q = solve_continuous_lyapunov(loop.A.T, -C.T @ C)
     total = 0.0
-    for i, early in enumerate(loop.delays):
-        for k, late in enumerate(loop.delays):
+    for share, driven in zip(loop.shares, channels(loop), strict=True):
+        for i, k in itertools.product(driven, driven):
+            early, late = loop.delays[i], loop.delays[k]
             if late < early or (late == early and k < i):
                 continue
             term = float(loop.B[:, k] @ Q @ expm(loop.A * (late - early)) @ loop.B[:, i])
-            total += term if i == k else 2 * term
+            total += share * (term if i == k else 2 * term)
     return math.sqrt(math.pi * loop.density * total)

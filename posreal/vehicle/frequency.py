@@ -84,12 +84,25 @@ def refined(mean_square: Callable[[int], float], *, tolerance: float = 1e-9) -> 
     return value
 
 
-def whole_line(scale: float, *, longest_delay: float = 0.0, per_decade: int = 12) -> Quadrature:
+def whole_line(
+    scale: float, *, longest_delay: float = 0.0, ripple: float = math.inf, per_decade: int = 12
+) -> Quadrature:
     """Gauss–Legendre panels for 0 < ω < ∞, for integrands that fall off like 1/ω² or faster.
 
     Six decades around `scale` (rad/s) in logarithmic panels, and the rest of the axis by ω → 1/ω.
+
+    Parameters
+    ----------
+    scale : float
+    longest_delay : float
+        Seconds; its ripple is followed up to `ripple` (rad/s), where what it does beyond averages out.
+    ripple : float
+    per_decade : int
     """
-    inner = gauss(longest_delay, stop=scale * 1e3, per_decade=per_decade)
     top = scale * 1e3
     x, weight = (_NODES + 1) / 2, _WEIGHTS / 2  # ω = top/x on (top, ∞)
-    return Quadrature(np.concatenate([inner.omega, top / x]), np.concatenate([inner.weight, weight * top / x**2]))
+    parts = [gauss(longest_delay, stop=min(ripple, top), per_decade=per_decade)]
+    if ripple < top:
+        parts.append(gauss(0.0, start=ripple, stop=top, per_decade=per_decade))
+    parts.append(Quadrature(top / x, weight * top / x**2))
+    return Quadrature(np.concatenate([p.omega for p in parts]), np.concatenate([p.weight for p in parts]))

@@ -1,4 +1,7 @@
-"""Largest gain of a closed vehicle over all frequencies: the H∞ norm from its input to an output.
+"""Largest gain of a closed vehicle over all frequencies: the H∞ norm from its inputs to an output.
+
+Of several independent inputs it is the largest singular value, for one output the root of the sum of squares; densities
+do not enter.
 
 The response is sampled on a logarithmic grid with the frequencies of all poles in it, and refined around each of the
 largest samples; delays are exact, which a Hamiltonian test could not take.
@@ -27,17 +30,29 @@ def middle(plant: Plant) -> float:
     return float(np.exp(np.log(size).mean())) if len(size) else 1.0
 
 
+def least_damping(plant: Plant) -> float:
+    """The least damping ratio of the open plant's poles (those at 0 left out), no less than 1e-6."""
+    poles = np.linalg.eigvals(plant.A)
+    poles = poles[np.abs(poles) > 1e-6 * max(float(np.abs(poles).max(initial=0.0)), 1e-300)]
+    return max(1e-6, float((-poles.real / np.abs(poles)).min(initial=1.0)))
+
+
 def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, float]:
     """The largest gain and the frequency (rad/s) of it."""
+
+    def size(at: np.ndarray) -> np.ndarray:
+        each = [loop.response(at, output, process) for process in range(len(loop.shares))]
+        return np.asarray(np.linalg.norm(each, axis=0))
+
     poles = loop.poles()
     own = np.abs(poles[np.abs(poles) > 0])
     omega = np.unique(np.concatenate([omega, own, own * 0.999, own * 1.001]))
-    gain = np.abs(loop.response(omega, output))
+    gain = size(omega)
     best = (float(gain.max()), float(omega[int(np.argmax(gain))]))
     for i in np.argsort(-gain)[:3]:
         low, high = np.log(omega[max(i - 1, 0)]), np.log(omega[min(i + 1, len(omega) - 1)])
         found = minimize_scalar(
-            lambda x: -float(np.abs(loop.response(np.exp([x]), output))[0]),
+            lambda x: -float(size(np.exp([x]))[0]),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 1e-10},

@@ -5,9 +5,11 @@
     d = Cd x,   v = ḋ = Cv x,   fₚ = Y vₚ at every port p
 
 One scalar process w reaches the vehicle through several channels, each late by its own delay (front and
-rear wheels on the same track). At port p the device Y sees the relative displacement dₚ and velocity vₚ and
-answers with the force fₚ. Several ports may hold copies of the same device; `groups` names the device at
-each port. In the frequency domain (:class:`PortResponses`) this is a linear-fractional map in Y.
+rear wheels on the same track). Other plants are shaken by several processes that know nothing of each other (ground
+and wind), each through channels of its own; their mean squares add. At port p the device Y sees the relative
+displacement dₚ and velocity vₚ and answers with the force fₚ. Several ports may hold copies of the same device;
+`groups` names the device at each port. In the frequency domain (:class:`PortResponses`) this is a linear-fractional
+map in Y.
 """
 
 from __future__ import annotations
@@ -60,6 +62,10 @@ class Plant:
         What makes w out of a white process; None where w itself is white.
     density : float
         Single-sided spectral density of the white process, per rad/s.
+    processes : tuple of int
+        Which process drives each channel, counted from 0; empty where one drives all.
+    shares : tuple of float
+        Density of each process, in units of `density`.
     """
 
     A: Real
@@ -75,33 +81,45 @@ class Plant:
     groups: tuple[str, ...]
     shaping: ShapingFilter | None = None
     density: float = 1.0
+    processes: tuple[int, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
 
     def output(self, name: str) -> int:
         """Index of output `name` in z."""
         return self.outputs.index(name)
 
-    def responses(self, omega: Real, output: str) -> PortResponses:
-        """Responses of one output and of all ports on the grid `omega` (rad/s), delays and shaping exact."""
-        return self.responses_at(1j * np.asarray(omega), output)
+    def responses(self, omega: Real, *outputs: str) -> PortResponses:
+        """Responses of outputs and of all ports on the grid `omega` (rad/s), delays and shaping exact.
 
-    def responses_at(self, s: Complex, output: str) -> PortResponses:
+        Several outputs or processes follow each other: all of the grid for the first output and the first process.
+        """
+        return self.responses_at(1j * np.asarray(omega), *outputs)
+
+    def responses_at(self, s: Complex, *outputs: str) -> PortResponses:
         """The same at any complex points `s` (N,), such as a line to the right of the poles."""
-        n = len(self.A)
-        j = self.output(output)
+        n, count = len(self.A), len(self.shares)
         late = np.exp(-np.multiply.outer(s, self.delays))
         if self.shaping is not None:
             late *= self.shaping(s)[:, None]
-        forcing = np.empty((len(s), n, 1 + len(self.groups)), dtype=complex)
-        forcing[:, :, 0] = late @ self.Bw.T
-        forcing[:, :, 1:] = self.Bf
+        forcing = np.empty((len(s), n, count + len(self.groups)), dtype=complex)
+        for i, driven in enumerate(channels(self)):
+            forcing[:, :, i] = late[:, driven] @ self.Bw[:, driven].T
+        forcing[:, :, count:] = self.Bf
         x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, forcing)
-        z, v = self.Cz[j] @ x, self.Cv @ x
+        v = self.Cv @ x
+        Tzw, Tzf, Pvw = [], [], []
+        for j in map(self.output, outputs):
+            z = self.Cz[j] @ x
+            for i, driven in enumerate(channels(self)):
+                Tzw.append(z[:, i] + late[:, driven] @ self.Dzw[j, driven])
+                Tzf.append(z[:, count:] + self.Dzf[j])
+                Pvw.append(v[:, :, i])
         return PortResponses(
             omega=s.imag,
-            Tzw=z[:, 0] + late @ self.Dzw[j],
-            Tzf=z[:, 1:] + self.Dzf[j],
-            Pvw=v[:, :, 0],
-            Pvf=-v[:, :, 1:],
+            Tzw=np.concatenate(Tzw),
+            Tzf=np.concatenate(Tzf),
+            Pvw=np.concatenate(Pvw),
+            Pvf=np.tile(-v[:, :, count:], (len(Tzw), 1, 1)),
             groups=self.groups,
         )
 
@@ -110,10 +128,12 @@ class Plant:
 class PortResponses:
     """z = Tzw w + Tzf f and v = Pvw w − Pvf f on a frequency grid, one disturbance w, one output z.
 
+    Of r pairs of an output and a process each has its own grid's worth of rows, M = r N in all.
+
     Attributes
     ----------
     omega : (N,) rad/s
-    Tzw : (N,), Tzf : (N, p), Pvw : (N, p), Pvf : (N, p, p)
+    Tzw : (M,), Tzf : (M, p), Pvw : (M, p), Pvf : (M, p, p)
     groups : which device stands at each of the p ports
     """
 
@@ -142,12 +162,13 @@ class PortResponses:
 
         Returns
         -------
-        z : (N,) complex, response of the output to w
-        dz : mapping of group name to (N,) complex, ∂z/∂Y: with V = (I + Pvf Y)⁻¹ Pvw the velocities and
+        z : (M,) complex, response of the output to w
+        dz : mapping of group name to (M,) complex, ∂z/∂Y: with V = (I + Pvf Y)⁻¹ Pvw the velocities and
             t = Tzf (I + Y Pvf)⁻¹ the force sensitivities of the closed vehicle, ∂z/∂Y is Σ tₚ Vₚ over the
             ports that hold the device
         """
-        y: Complex = np.stack([Y[group] for group in self.groups], axis=1)
+        pairs = len(self.Tzw) // len(self.omega)
+        y: Complex = np.stack([np.tile(Y[group], pairs) for group in self.groups], axis=1)
         if self._decoupled:
             ports = np.arange(len(self.groups))
             inverse = 1.0 / (1.0 + self.Pvf[:, ports, ports] * y)
@@ -164,6 +185,10 @@ class PortResponses:
             dz[group] = dz.get(group, 0.0) + t[:, port] * v[:, port]
         return z, dz
 
+    def over_grid(self, rows: Complex) -> Complex:
+        """What belongs to the same frequency added up: (…, M) to (…, N)."""
+        return rows.reshape(*rows.shape[:-1], -1, len(self.omega)).sum(axis=-2)
+
 
 @dataclass(frozen=True)
 class ClosedLoop:
@@ -176,6 +201,8 @@ class ClosedLoop:
     delays: Real
     outputs: tuple[str, ...]
     density: float = 1.0
+    processes: tuple[int, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
 
     def poles(self) -> Complex:
         """Eigenvalues of A, rad/s."""
@@ -185,13 +212,20 @@ class ClosedLoop:
         """Index of output `name` in z."""
         return self.outputs.index(name)
 
-    def response(self, omega: Real, output: str) -> Complex:
+    def response(self, omega: Real, output: str, process: int = 0) -> Complex:
         """z/w on the grid by a matrix solve per frequency, delays exact (the slow, plain way)."""
         j, n = self.output(output), len(self.A)
         s = 1j * omega
-        late = np.exp(-np.multiply.outer(s, self.delays))
-        x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, (late @ self.B.T)[:, :, None])
-        return (self.C[j] @ x)[:, 0] + late @ self.D[j]
+        driven = channels(self)[process]
+        late = np.exp(-np.multiply.outer(s, self.delays[driven]))
+        x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, (late @ self.B[:, driven].T)[:, :, None])
+        return (self.C[j] @ x)[:, 0] + late @ self.D[j, driven]
+
+
+def channels(plant: Plant | ClosedLoop) -> list[list[int]]:
+    """For each process, the channels that it drives."""
+    processes = plant.processes or (0,) * len(plant.delays)
+    return [[i for i, one in enumerate(processes) if one == process] for process in range(len(plant.shares))]
 
 
 def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = True) -> ClosedLoop:
@@ -211,7 +245,8 @@ def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = Tru
     Returns
     -------
     ClosedLoop
-        With states ordered as (vehicle, device at port 0, device at port 1, …, shaping filter).
+        With states ordered as (vehicle, device at port 0, device at port 1, …, shaping filter), without those that
+        nothing reads: the displacement of a port, say, if no spring stands in it, which drifts and is nobody's concern.
     """
     n, m = plant.Bw.shape
     kept = [devices[group] for group in plant.groups]
@@ -244,7 +279,10 @@ def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = Tru
     C[:, :n] = plant.Cz
     C += plant.Dzf @ Fx
     Dw = plant.Dzw + plant.Dzf @ Fw
-    loop_closed = ClosedLoop(A, B, C, Dw, plant.delays, plant.outputs, plant.density)
+    while not np.all(read := A.any(axis=0) | C.any(axis=0)):
+        A, B, C = A[np.ix_(read, read)], B[read], C[:, read]
+    about = (plant.delays, plant.outputs, plant.density, plant.processes, plant.shares)
+    loop_closed = ClosedLoop(A, B, C, Dw, *about)
     if plant.shaping is None or not shaped:
         return loop_closed
     return _shaped(loop_closed, plant.shaping)
@@ -265,4 +303,5 @@ def _shaped(loop: ClosedLoop, H: ShapingFilter) -> ClosedLoop:
         B[rows, i] = H.B[:, 0]
         C[:, rows] = np.outer(loop.D[:, i], H.C[0])
     B[:n] = loop.B * H.D[0, 0]
-    return ClosedLoop(A, B, C, loop.D * H.D[0, 0], loop.delays, loop.outputs, loop.density)
+    about = (loop.delays, loop.outputs, loop.density, loop.processes, loop.shares)
+    return ClosedLoop(A, B, C, loop.D * H.D[0, 0], *about)

@@ -9,11 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from posreal.admittance import Rational, state_space
 from posreal.errors import Infeasible
 from posreal.vehicle import covariance
 from posreal.vehicle.metrics import Metric
 from posreal.vehicle.plant import Plant, close
+
+EDGE = 1e-14  # of the largest pole: a real part that rounding may have made
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +50,13 @@ def user_metrics(own: UserPlant, port: Rational) -> dict[str, Metric]:
         If the closed plant is not stable.
     """
     loop = close(own.plant, {"secondary": state_space(port)})
-    growth = float(loop.poles().real.max())
+    poles = loop.poles()
+    growth, size = float(poles.real.max()), float(np.abs(poles).max())
+    if abs(growth) <= EDGE * size:
+        raise Infeasible(
+            f"the plant is on the edge of stability with this device: beside a pole at {size:.3g} rad/s one has no "
+            "damping; if the best device locks the port or leaves it open, add a limit or another output"
+        )
     if growth >= 0:
         raise Infeasible(f"the plant is not stable with this device: a pole has real part {growth:.3g} 1/s")
     found = {f"rms_{output}": Metric(covariance.rms(loop, output), "1") for output in own.plant.outputs}

@@ -11,6 +11,7 @@ import pytest
 from flint import fmpq
 
 from posreal.admittance import Rational
+from posreal.admittance.roots import precision
 from posreal.design import evaluate
 from posreal.design.bound import Bound, Figure, NotProven, bound, figure
 from posreal.design.bound import certificate as formula
@@ -18,7 +19,6 @@ from posreal.design.bound.lifted import form
 from posreal.design.bound.ports import enclosed
 from posreal.design.bound.record import from_dict
 from posreal.design.bound.sampled import Sampled
-from posreal.design.bound.space import precision
 from posreal.design.named import problem
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, PosrealError
@@ -35,20 +35,21 @@ def plain():
 
 @pytest.fixture(scope="module")
 def lifted():
-    return bound(SIDE, L=5, omega0=(10, 20))
+    return bound(SIDE, L=6, omega0=(10, (30, 0.5)))
 
 
 @pytest.mark.parametrize("posed", [QUARTER_CAR, SIDE, problem("lateral-comfort")], ids=lambda p: p.name)
 def test_the_formula_in_balls_is_the_formula_in_floats(posed):
     rng = np.random.default_rng(3)
     about = figure(posed)
-    found = enclosed(about, [fmpq(20), fmpq(10), fmpq(20), fmpq(7)], fmpq(5000))
-    r, m = len(about.loops), 4
+    found = enclosed(about, [fmpq(20), (fmpq(50), fmpq(2, 5)), fmpq(20), fmpq(7)], fmpq(5000))
+    r, m = len(about.loops), 5
     C = np.tril(rng.standard_normal((r * m, r * m))) * 1e-2
     mu = 1e-5 * rng.standard_normal((r * (r - 1) // 2, m))
-    affine = form(Sampled.of(found))
-    Z = C @ C.T
-    c, b, M = affine.at(np.concatenate([Z[tuple(affine.pairs)], mu.ravel()]))
+    V = rng.standard_normal((r * m, r * m))
+    affine = form(Sampled.of(found), V)
+    half = np.linalg.solve(V, C)
+    c, b, M = affine.at(np.concatenate([(half @ half.T)[affine.pairs], mu.ravel()]))
     assert np.all(np.linalg.eigvalsh(M) > 0)
     with precision(300):
         ball = formula.proven(found, C, mu)
@@ -122,6 +123,9 @@ EDITS = {
     "weights": lambda d: d["about"].update(weights={"J1": 0.5}),
     "a point": lambda d: d["certificate"]["points"].__setitem__(3, "19"),
     "a point outside": lambda d: d["certificate"]["points"].__setitem__(0, "-20"),
+    "a pair of points": lambda d: d["certificate"]["points"].__setitem__(slice(2, 4), [["20", "0.5"]]),
+    "half a pair": lambda d: d["certificate"]["points"].__setitem__(3, ["20"]),
+    "a pair without damping": lambda d: d["certificate"]["points"].__setitem__(slice(2, 4), [["20", "0"]]),
     "a point less": lambda d: d["certificate"]["points"].pop(),
     "damper": lambda d: d["certificate"].update(damper="5001"),
     "negative damper": lambda d: d["certificate"].update(damper="-5000"),

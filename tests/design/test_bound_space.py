@@ -9,10 +9,12 @@ import pytest
 from flint import arb, fmpq
 
 from posreal.admittance import Rational, state_space
-from posreal.design.bound.space import Space, floats, precision
+from posreal.admittance.roots import precision
+from posreal.design.bound.space import Space, floats
 from posreal.errors import BadInput
 
-SPREAD = tuple(fmpq(a) for a in (3, 20, fmpq(1, 2), 3, 100, 20))
+SPREAD = (fmpq(3), fmpq(20), (fmpq(5), fmpq(1, 4)), fmpq(3), (fmpq(5), fmpq(1, 4)), fmpq(20))
+SIZE = 8
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +30,23 @@ def overlap(a, b):
 def test_S_plus_its_transpose_has_rank_one():
     space = Space(SPREAD)
     both = space.S + space.S.transpose()
-    assert all(both[j, k].overlaps(space.v[j] * space.v[k]) for j in range(6) for k in range(6))
+    assert all(both[j, k].overlaps(space.v[j] * space.v[k]) for j in range(SIZE) for k in range(SIZE))
+
+
+def test_the_functions_are_orthonormal():
+    # φ(s) = (s + S)⁻¹ v; the Gram matrix G obeys S G + G Sᵀ = v vᵀ, which has one solution, I
+    space = Space(SPREAD)
+    S, v = floats(space.S), np.array([float(part) for part in space.v])
+    omega = np.tan(np.linspace(-np.pi / 2, np.pi / 2, 40001)[1:-1]) * 10
+    values = np.linalg.solve(
+        1j * omega[:, None, None] * np.eye(SIZE) + S, np.broadcast_to(v[:, None], (len(omega), SIZE, 1))
+    )
+    gram = np.trapezoid(values * values.conj().swapaxes(1, 2), omega, axis=0) / (2 * np.pi)
+    np.testing.assert_allclose(gram, np.eye(SIZE), atol=2e-3)
+    # and the points are the eigenvalues: 5 (1/4 ± j √15/4) twice
+    pair = 5 * (0.25 + 1j * math.sqrt(15) / 4)
+    expected = np.poly([3, 3, 20, 20, pair, pair, pair.conjugate(), pair.conjugate()])
+    np.testing.assert_allclose(np.poly(S), expected.real, rtol=1e-9)
 
 
 def test_equal_points_give_taylor_coefficients():
@@ -50,8 +68,8 @@ def test_functions_multiply_as_their_operators_do():
 
 def test_the_basis_starts_with_each_unit_vector():
     space = Space(SPREAD)
-    first_columns = floats(space.basis).T.reshape(6, 6, 6)[:, :, 0]
-    np.testing.assert_allclose(first_columns, np.eye(6), atol=1e-30)
+    first_columns = floats(space.basis).T.reshape(SIZE, SIZE, SIZE)[:, :, 0]
+    np.testing.assert_allclose(first_columns, np.eye(SIZE), atol=1e-30)
 
 
 def test_a_state_space_and_its_rational_function_agree():
@@ -64,8 +82,12 @@ def test_a_state_space_and_its_rational_function_agree():
 def test_a_pole_at_a_point_is_refused():
     with pytest.raises(BadInput, match="pole"):
         Space((fmpq(3),)).state_space(np.array([[3.0]]), np.ones((1, 1)), np.ones((1, 1)), np.zeros((1, 1)))
-    with pytest.raises(BadInput, match="open right half plane"):
-        Space((fmpq(0),))
+    A = np.array([[0.0, 1.0], [-4.0, 2.0]])  # s² − 2s + 4
+    with pytest.raises(BadInput, match=r"damped 0\.5, is a pole"):
+        Space((fmpq(1), (fmpq(2), fmpq(1, 2)))).state_space(A, np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)))
+    for points in ((fmpq(0),), ((fmpq(3), fmpq(0)),), ()):
+        with pytest.raises(BadInput, match="open right half plane"):
+            Space(points)
 
 
 def test_delays_compose_and_start_at_their_value():

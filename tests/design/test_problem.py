@@ -105,3 +105,38 @@ def test_a_design_that_was_tampered_with_does_not_check():
     better = replace(design, metrics={**design.metrics, "J1z_T": Metric(1.9, "%g")})
     with pytest.raises(Infeasible, match=r"J1z_T is 1\.96"):
         better.check()
+
+
+def test_constraints_hold_at_every_operating_point_by_its_own_default():
+    points = [{"conicity": 0.35}, {"mv": 20e3}]
+    posed = problem("lateral-comfort", worst_case=points, limits={"max_yv": 80.0})
+    held = {c.metric: c for c in posed.constraints}
+    assert set(held) == {
+        f"{name}{at}" for name in ("Ldmp", "max_yv") for at in ("", " at conicity=0.35", " at mv=20000")
+    }
+    for point, name in zip(points, posed.at_points, strict=True):
+        there = problem("lateral-comfort", vehicle=point)
+        assert held[f"Ldmp at {name}"].value == there.default_metrics["Ldmp"].value
+        assert held[f"max_yv at {name}"].value == 80.0
+    design = evaluate(posed, "S3 c=2.1025e4 b=1.53e4")
+    assert not design.feasible
+    assert posed.violated(design.metrics) == ["max_yv at mv=20000 <= 80 (a limit) is violated: 91.4944"]
+    with pytest.raises(Infeasible, match="max_yv at mv=20000"):
+        design.check()
+    verdicts = {row["metric"]: row["verdict"] for row in design.to_dict()["constraints"]}
+    assert verdicts["max_yv at mv=20000"] == "violated"
+    assert verdicts["Ldmp"] == "holds"
+
+
+def test_a_retuned_vehicle_keeps_each_point_s_reference():
+    posed = problem("lateral-comfort-primary", worst_case=[{"mv": 20e3}])
+    tuned = posed.with_vehicle({"Kpy": 6.33e6})
+    assert tuned.constraints == posed.constraints
+    (there,) = tuned.at_points.values()
+    assert (there.vehicle.Kpy, there.vehicle.mv) == (6.33e6, 20e3)
+    assert tuned.original is posed
+
+
+def test_nothing_can_be_kept_where_the_default_is_unstable():
+    with pytest.raises(Infeasible, match=r"with the default suspension, at conicity=0.6: the vehicle is not"):
+        _ = problem("lateral-comfort", worst_case=[{"conicity": 0.6}]).constraints

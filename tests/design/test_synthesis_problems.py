@@ -15,10 +15,14 @@ import time
 import control
 import numpy as np
 import pytest
+from scipy.linalg import solve_continuous_lyapunov
+from scipy.optimize import minimize, minimize_scalar
 
 from posreal.admittance import Rational, check
 from posreal.design import synthesise as design
+from posreal.design.bound import bound
 from posreal.design.named import limited, problem
+from posreal.design.search import search
 from posreal.design.synthesis import synthesise
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.measured import figure_of
@@ -130,6 +134,17 @@ def test_the_worst_case_over_operating_points():
         assert there.metrics(there.port(robust.device))["J1z_T"].value <= robust.objective.value * (1 + 1e-9)
 
 
+def test_damping_is_kept_at_every_operating_point():
+    points = [{"conicity": 0.35}, {"mv": 20e3}]
+    posed = problem("lateral-comfort", worst_case=points)
+    robust = design(posed, 1, starts=3)
+    robust.check()
+    assert robust.feasible
+    alone = synthesise(problem("lateral-comfort"), 1, starts=3).device
+    broken = posed.violated(posed.metrics(posed.port(alone)))
+    assert any(sentence.startswith("Ldmp at conicity=0.35") for sentence in broken)  # what made the constraint needful
+
+
 def test_the_largest_gain_is_no_more_than_any_dampers():
     posed = problem("quarter-car", objective="gain_acceleration")
     result = synthesise(posed, 0, starts=2)
@@ -224,11 +239,141 @@ def test_a_delayed_disturbance_counts():
     system = control.ss(
         A, B, np.array([[1, 0], [0, 1.0]]), np.zeros((2, 3)), inputs=["a", "b", "f"], outputs=["x", "v"]
     )
-    common = {"disturbances": ["a", "b"], "force": "f", "performance": "x", "velocity": "v"}
+    common = {"disturbances": [["a", "b"]], "force": "f", "performance": "x", "velocity": "v"}
     together, apart = (problem_from_plant(system, **common, delays={"b": late}) for late in (0.0, np.pi))
     damper = Rational.damper(0.05)
     J, less = (posed.metrics(posed.port(damper))["rms_x"].value for posed in (together, apart))
     assert less < 0.4 * J  # half a period late, the second undoes the first
+
+
+def test_a_device_that_locks_the_port_is_one_sentence():
+    """With nothing to pay for it, the best damper between a mass and the ground is an endless one."""
+    A, B = np.array([[0, 1], [-1, -0.1]]), np.array([[0, 0], [1, -1.0]])
+    system = control.ss(A, B, np.eye(2), np.zeros((2, 2)), inputs=["w", "f"], outputs=["x", "v"])
+    posed = problem_from_plant(system, disturbances="w", force="f", performance="x", velocity="v")
+    with pytest.raises(Infeasible, match="on the edge of stability"):
+        synthesise(posed, 0, starts=1)
+
+
+def test_networks_for_a_plant_of_the_users_own():
+    posed = problem_from_plant(vibration_absorber(), disturbances="F", force="f", performance="x", velocity="v")
+    found = search(posed, 2)
+    best = min(found.front, key=lambda point: point.design.objective.value).design
+    assert sorted(best.parameters) == ["c", "k"]
+    assert best.objective.value == pytest.approx(synthesise(posed, 0, starts=2, spring=True).value, rel=1e-6)
+    with pytest.raises(BadInput, match="one white process"):
+        search(building(performance="drift1", weights=None), 1)
+
+
+MASS, STIFFNESS = np.diag([2.0, 1.0, 1.0]), np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+A_BUILDING = np.block(
+    [[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(MASS, M) for M in (STIFFNESS, 0.05 * STIFFNESS)]]
+)
+GROUND = np.concatenate([np.zeros(3), -np.ones(3)])
+WIND = np.concatenate([np.zeros(3), np.linalg.solve(MASS, [0.2, 0.5, 1.0])])
+BRACE = np.concatenate([np.zeros(3), np.linalg.solve(MASS, [-1.0, 0, 0])])
+DRIFTS = np.hstack([np.array([[1.0, 0, 0], [-1, 1, 0], [0, -1, 1]]), np.zeros((3, 3))])
+DENSITIES, WEIGHTS = {"ground": 0.5, "wind": 2.0}, {"drift1": 1.0, "drift2": 1.0, "drift3": 2.0}
+
+
+def building(**changes):
+    """Three storeys on shaking ground and in the wind, a device between ground and first floor."""
+    B, C = np.column_stack([GROUND, WIND, BRACE]), np.vstack([DRIFTS, np.eye(6)[3]])
+    names = {"inputs": ["ground", "wind", "f"], "outputs": [*WEIGHTS, "v"]}
+    system = control.ss(A_BUILDING, B, C, np.zeros((4, 3)), **names)
+    given = {"disturbances": ["ground", "wind"], "force": "f", "performance": list(WEIGHTS), "velocity": "v"}
+    return problem_from_plant(system, **given | {"density": DENSITIES, "weights": WEIGHTS} | changes)
+
+
+def building_by_lyapunov(k, c):
+    """√Σ (weight · rms)² with a spring and a damper in the device's place, from the state's covariance alone."""
+    A = A_BUILDING + np.outer(BRACE, np.concatenate([[k, 0, 0], [c, 0, 0]]))
+    noise = np.pi * (DENSITIES["ground"] * np.outer(GROUND, GROUND) + DENSITIES["wind"] * np.outer(WIND, WIND))
+    covariance = solve_continuous_lyapunov(A, -noise)
+    return float(np.sqrt(np.array(list(WEIGHTS.values())) ** 2 @ np.diag(DRIFTS @ covariance @ DRIFTS.T)))
+
+
+def test_independent_disturbances_and_a_vector_of_outputs_against_lyapunov_and_brute_force():
+    posed = building()
+    device = Rational.spring(0.3) | Rational.damper(0.7)
+    assert posed.metrics(device)[posed.objective].value == pytest.approx(building_by_lyapunov(0.3, 0.7), rel=1e-10)
+    damper = design(posed, 0, starts=2)
+    brute = minimize_scalar(lambda c: building_by_lyapunov(0.0, c), bounds=(0.01, 20), method="bounded")
+    assert damper.objective.value == pytest.approx(brute.fun, rel=1e-6)
+    both = design(posed, 0, spring=True, starts=2)
+    brute = minimize(lambda x: building_by_lyapunov(*x**2), [0.3, 1.0], method="Nelder-Mead", options={"xatol": 1e-7})
+    assert both.objective.value <= brute.fun * (1 + 1e-6)
+    better = design(posed, 1, starts=2)
+    better.check()
+    assert better.objective.value <= min(damper.objective.value, both.objective.value) * (1 + 1e-9)
+
+
+def test_a_process_that_reaches_two_inputs_is_not_two_processes():
+    device = Rational.damper(0.5)
+    alone = [building(density=DENSITIES | {other: 1e-12}).metrics(device) for other in ("wind", "ground")]
+    both = building().metrics(device)
+    coherent = building(disturbances=[["ground", "wind"]], density=0.5).metrics(device)
+    for name in (f"rms_{drift}" for drift in WEIGHTS):
+        squares = [metrics[name].value ** 2 for metrics in alone]
+        assert both[name].value ** 2 == pytest.approx(sum(squares), rel=1e-9)
+        assert coherent[name].value != pytest.approx(both[name].value, rel=1e-2)
+
+
+def test_the_largest_gain_of_several_disturbances_is_the_largest_singular_value():
+    posed = building(performance="drift3", weights=None, objective="gain")
+    found = design(posed, 1, starts=2)
+    found.check()
+    metrics = posed.metrics(Rational.damper(0.7))
+    A = A_BUILDING + 0.7 * np.outer(BRACE, np.eye(6)[3])
+    omega = np.geomspace(0.05, 5, 20001)
+    x = np.linalg.solve(1j * omega[:, None, None] * np.eye(6) - A, np.column_stack([GROUND, WIND]))
+    by_hand = np.linalg.svd(DRIFTS[2:] @ x, compute_uv=False).max()
+    assert metrics["gain_drift3"].value == pytest.approx(by_hand, rel=1e-6)
+    assert found.objective.value < by_hand
+
+
+def test_a_bound_takes_one_process_and_any_vector():
+    with pytest.raises(BadInput, match="one white process"):
+        bound(building())
+    posed = building(disturbances="ground", density=DENSITIES["ground"])
+    found = design(posed, 1, starts=2)
+    assert 0.5 * found.objective.value < bound(posed, L=20, omega0=1.0).value < found.objective.value
+
+
+def test_a_noisy_ladder_and_its_best_termination():
+    """An LC ladder between a noisy source and a one-port: across is voltage, through is current."""
+    G0, L, C = 0.2, 1.0, 1.0
+    A = np.zeros((5, 5))  # v1, i1, v2, i2, v3
+    A[0, :2] = -G0 / C, -1 / C
+    for i in (1, 2, 3):
+        A[i, i - 1], A[i, i + 1] = 1.0, -1.0
+    A[4, 3] = 1 / C
+    B = np.zeros((5, 3))
+    B[0, 0], B[1, 1], B[4, 2] = 1 / C, 1 / L, -1 / C
+    out = np.eye(5)[[0, 1, 4]]
+    names = {"inputs": ["source", "coil", "i"], "outputs": ["v1", "i1", "v3"]}
+    posed = problem_from_plant(
+        control.ss(A, B, out, np.zeros((3, 3)), **names),
+        disturbances=["source", "coil"],
+        density={"source": 1.0, "coil": 0.1},
+        force="i",
+        velocity="v3",
+        performance=["v1", "i1"],
+    )
+
+    def by_lyapunov(g):
+        closed = A.copy()
+        closed[4, 4] -= g
+        X = solve_continuous_lyapunov(closed, -np.pi * B[:, :2] @ np.diag([1.0, 0.1]) @ B[:, :2].T)
+        return float(np.sqrt(X[0, 0] + X[1, 1]))
+
+    resistor = design(posed, 0, starts=2)
+    brute = minimize_scalar(by_lyapunov, bounds=(0.05, 20), method="bounded", options={"xatol": 1e-10})
+    assert resistor.objective.value == pytest.approx(brute.fun, rel=1e-7)
+    assert resistor.device(1.0).real == pytest.approx(brute.x, rel=1e-2)
+    better = design(posed, 2, starts=4)
+    better.check()
+    assert better.objective.value < 0.999 * brute.fun
 
 
 @pytest.mark.parametrize(
@@ -238,6 +383,14 @@ def test_a_delayed_disturbance_counts():
         ({"velocity": "u"}, "no output 'u'"),
         ({"performance": "v2"}, "no output"),
         ({"delays": {"f": 0.1}}, "no disturbance 'f'"),
+        ({"delays": {"road": 0.1}}, "a process of its own"),
+        ({"disturbances": []}, "at least one disturbance"),
+        ({"disturbances": ["road", "road"]}, "given twice"),
+        ({"density": {"wind": 1.0}}, "no disturbance 'wind'"),
+        ({"density": {}}, "name each process once"),
+        ({"performance": ["acceleration", "tyre"], "objective": "gain"}, "of one performance output"),
+        ({"performance": ["acceleration"], "weights": {"tyre": 1.0}}, "one of them is the performance output's"),
+        ({"performance": ["acceleration", "tyre"], "weights": {"tyre": 0.0}}, "above 0"),
         ({"delays": {"road": -1.0}}, "not negative"),
         ({"density": 0.0}, "greater than 0"),
         ({"force": "road"}, "both a disturbance and a force"),

@@ -10,6 +10,7 @@ from posreal.admittance import Rational
 from posreal.design.bound import search
 from posreal.design.bound.ports import Figure, figure
 from posreal.design.bound.result import Bound
+from posreal.design.bound.space import in_words
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.threads import one_thread
@@ -25,7 +26,7 @@ def bound(
     *,
     effort: int = 1,
     L: int | None = None,
-    omega0: float | Sequence[float] | None = None,
+    omega0: float | Sequence[search.Place] | None = None,
     weights: Mapping[str, float] | None = None,
     best: Design | Rational | float | None = None,
     form: str = "auto",
@@ -38,11 +39,13 @@ def bound(
     subject : Problem or Figure
         A problem, whose objective is bounded over the whole band; or a figure of the user's own plant.
     effort : int
-        0 to 3: how many points.
+        0 to 3: how many points, a few seconds to a few minutes.
     L : int, optional
-        L + 1 points instead; with one point repeated, L is the order of the truncated Taylor series.
-    omega0 : float or sequence of float, optional
-        Where the points lie, rad/s; found by a scan if not given.
+        L + 1 points instead, a pair counted as two; with one point repeated, L is the order of the truncated Taylor
+        series.
+    omega0 : float or sequence of places, optional
+        Where the points lie, taken in turn; found by a scan if not given. A place is a frequency, rad/s, or natural
+        frequency and damping ratio of a pair of points, which counts as two.
     weights : mapping of metric to float, optional
         Bound √(Σ weight · metric²) instead of the problem's objective.
     best : Design, Rational (a port admittance) or float, optional
@@ -78,11 +81,9 @@ def bound(
         about, named = figure(subject, weights), subject
     chosen = search.choose_form(about, form)
     size = _size(about, chosen, effort, L)
-    attempts = []
-    for where in [_places(omega0)] if omega0 is not None else search.places(about, chosen, say):
-        say(f"bound: {size} points at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
-        attempts.append(search.certify(about, chosen, search.cycled(where, size), progress=progress))
-    certificate, _ = max(attempts, key=lambda pair: pair[1])
+    where = _places(omega0) if omega0 is not None else search.best_place(about, chosen, size, say)
+    say(f"bound: {size} points at {in_words(search.exactly(where))}")
+    certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
     say("bound: checking the certificate")
     value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
     found = Bound(
@@ -108,8 +109,9 @@ def _size(about: Figure, form: str, effort: int, L: int | None) -> int:
     return L + 1
 
 
-def _places(omega0: float | Sequence[float]) -> tuple[float, ...]:
-    places = tuple(float(omega) for omega in ([omega0] if isinstance(omega0, int | float) else omega0))
-    if not places or not all(math.isfinite(omega) and omega > 0 for omega in places):
-        raise BadInput(f"omega0 is {omega0}; give frequencies above 0 rad/s")
+def _places(omega0: float | Sequence[search.Place]) -> tuple[search.Place, ...]:
+    places = (omega0,) if isinstance(omega0, int | float) else tuple(omega0)
+    numbers = [value for place in places for value in (place if isinstance(place, tuple) else (place,))]
+    if not places or not all(math.isfinite(value) and value > 0 for value in numbers):
+        raise BadInput(f"omega0 is {omega0}; give frequencies above 0 rad/s, or pairs of frequency and damping ratio")
     return places

@@ -6,6 +6,9 @@ Its barrier problem, maximise κ (c − bᵀM⁻¹b) + log det M + log det Z, is
 matrix has been maximised out), and every point Newton's method visits is a certificate. With v = −M⁻¹b,
 
     d(c − bᵀM⁻¹b) = dc + 2 vᵀdb + vᵀ dM v,     second order: −2 (db + dM v)ᵀ M⁻¹ (db + dM v).
+
+Z has r m (r m + 1)/2 entries for r loops and m dimensions. Where the best device at the points is known (:mod:`local`),
+Z = V Λ Vᵀ on the kernel V of its Φ holds the optimum, or nearly, with half as many.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -23,12 +27,14 @@ from posreal.errors import BadInput
 
 Array = np.ndarray
 
+_CENTRED = 3.0  # Newton decrement at which κ grows: every point is a certificate, so none needs to be exact
+
 
 @dataclass(frozen=True)
 class LiftedSolution:
-    """Multipliers Z (r m, r m) and μ (pairs, m), and the value c − bᵀM⁻¹b they give in floats."""
+    """Multipliers Z = C Cᵀ, C (r m, p), and μ (pairs, m), and the value c − bᵀM⁻¹b they give in floats."""
 
-    Z: Array
+    C: Array
     mu: Array
     value: float
     steps: int
@@ -36,78 +42,85 @@ class LiftedSolution:
 
 @dataclass(frozen=True)
 class Form:
-    """(c, b, M) as affine functions of y = (entries p ≤ q of Z, μ): constant part and one row a variable.
+    """(c, b, M) as affine functions of y = (entries p ≤ q of Λ, μ), where Z = V Λ Vᵀ.
+
+    For the columns V_p of V, loop by loop, with sums s_p = Σᵢ V_pᵢ and with
+
+        (P_p)ᵢₖ = V_pᵢᵀ Fₖ,   (Q_p)ᵢₖ = V_pᵢᵀ FₖWᵢ   (rows of length m)
+
+    the formulas of `certificate` are c = c0 − 4 Σ Λ_pq s_pᵀs_q, b = b0 − 2 Σ Λ_pq Q_p s_q and
+    M = M0 + Σ Λ_pq (P_p P_qᵀ − Q_p Q_qᵀ), and the part of μ.
 
     Attributes
     ----------
     c0, b0, M0 : the part of the objective
-    c1 : (n,), b1 : (n, N), M1 : (n, N, N)
-    pairs : (2, n_Z), the (p, q) of each entry of Z
+    V : (N, p), N = r m
+    P, Q : (p, N, m)
+    s : (p, m)
+    b_mu : (n, N), M_mu : (n, N, N)
+        One row a multiplier.
     """
 
     c0: float
     b0: Array
     M0: Array
-    c1: Array
-    b1: Array
-    M1: Array
-    pairs: Array
+    V: Array
+    P: Array
+    Q: Array
+    s: Array
+    b_mu: Array
+    M_mu: Array
+
+    @cached_property
+    def pairs(self) -> tuple[Array, Array]:
+        """p and q of each entry of Λ in y."""
+        return np.triu_indices(self.V.shape[1])
+
+    def Lambda(self, y: Array) -> Array:
+        """Λ as a matrix."""
+        p, q = self.pairs
+        size = self.V.shape[1]
+        found = np.zeros((size, size))
+        found[p, q] = found[q, p] = y[: len(p)]
+        return found
 
     def at(self, y: Array) -> tuple[float, Array, Array]:
         """c, b and M."""
-        return (
-            self.c0 + float(self.c1 @ y),
-            self.b0 + y @ self.b1,
-            self.M0 + np.tensordot(y, self.M1, axes=1),
-        )
-
-    def Z(self, y: Array) -> Array:
-        """The multiplier as a matrix."""
-        p, q = self.pairs
-        Z = np.zeros((len(self.b0), len(self.b0)))
-        Z[p, q] = Z[q, p] = y[: len(p)]
-        return Z
+        Lambda, mu = self.Lambda(y), y[len(self.pairs[0]) :]
+        weighted = Lambda @ self.s
+        M = self.M0 + np.tensordot(mu, self.M_mu, axes=1)
+        for part, sign in ((self.P, 1.0), (self.Q, -1.0)):
+            M += sign * np.tensordot(part, np.tensordot(Lambda, part, axes=1), axes=((0, 2), (0, 2)))
+        b = self.b0 + mu @ self.b_mu - 2 * np.tensordot(self.Q, weighted, axes=((0, 2), (0, 1)))
+        return self.c0 - 4 * float(np.sum(self.s * weighted)), b, (M + M.T) / 2
 
 
-def form(data: Sampled) -> Form:
-    """The affine form of `certificate`'s formulas."""
+def form(data: Sampled, V: Array) -> Form:
+    """The affine form of `certificate`'s formulas for Z = V Λ Vᵀ."""
     r, m, _ = data.W.shape
     W, F, N = data.W, data.F, r * m
     O = np.hstack([loop.reshape(-1, m) for loop in data.O])
     tau = data.tau.ravel()
-    p, q = np.triu_indices(N)
-    n = len(p)
+    parts = V.T.reshape(-1, r, m)  # [p, i, a]
+    P = np.tensordot(parts, F, axes=(2, 1))  # [p, i, k, c]
+    Q = np.stack([P[:, i] @ W[i] for i in range(r)], axis=1)
     links = list(combinations(range(r), 2))
-    total = n + len(links) * m
-    c1, b1, M1 = np.zeros(total), np.zeros((total, N)), np.zeros((total, N, N))
-    place = np.zeros((N, N), dtype=int)
-    place[p, q] = place[q, p] = np.arange(n)
-    c1[:n] = np.where(p == q, -4.0, np.where(p % m == q % m, -8.0, 0.0))
-    for i in range(r):
-        here = slice(i * m, (i + 1) * m)
-        FW = F @ W[i]  # [k, a, c]
-        for j in range(r):
-            there = slice(j * m, (j + 1) * m)
-            FA = F - FW @ W[j].T
-            entries = np.einsum("kac,lbc->abkl", FA, F, optimize=True)
-            rows = place[here, there]
-            for a in range(m):
-                # within one block of the diagonal, (a, b) and (b, a) are the same entry of Z
-                np.add.at(M1[:, here, there], rows[a], entries[a])
-                np.add.at(b1[:, here], rows[a], -2 * FW[:, a, :].T)
+    b_mu, M_mu = np.zeros((len(links) * m, N)), np.zeros((len(links) * m, N, N))
     for link, (i, j) in enumerate(links):
         # ½ Σₖ μₖ (T_d F_a)_kb
         hankel = 0.5 * np.einsum("kc,acb->kab", W[j] - W[i], F, optimize=True)
         for k in range(m):
-            row = n + link * m + k
-            b1[row, i * m + k], b1[row, j * m + k] = 1.0, -1.0
-            M1[row, i * m : (i + 1) * m, j * m : (j + 1) * m] = hankel[k]
-            M1[row, j * m : (j + 1) * m, i * m : (i + 1) * m] = hankel[k].T
-    return Form(float(tau @ tau), O.T @ tau, O.T @ O, c1, b1, M1, np.array([p, q]))
+            row = link * m + k
+            b_mu[row, i * m + k], b_mu[row, j * m + k] = 1.0, -1.0
+            M_mu[row, i * m : (i + 1) * m, j * m : (j + 1) * m] = hankel[k]
+            M_mu[row, j * m : (j + 1) * m, i * m : (i + 1) * m] = hankel[k].T
+    sums = parts.sum(axis=1)
+    return Form(float(tau @ tau), O.T @ tau, O.T @ O, V, P.reshape(-1, N, m), Q.reshape(-1, N, m), sums, b_mu, M_mu)
 
 
 def solve(
     data: Sampled,
+    V: Array | None = None,
     *,
     tolerance: float = 1e-5,
     growth: float = 10.0,
@@ -118,6 +131,8 @@ def solve(
     Parameters
     ----------
     data : Sampled
+    V : (r m, p), optional
+        Only multipliers Z = V Λ Vᵀ are looked for; all by default.
     tolerance : float
         Gap of the path's last point, relative to ‖τ‖².
     growth : float
@@ -129,12 +144,13 @@ def solve(
     BadInput
         If no starting point exists: with the device's coefficients free the figure is not a definite form.
     """
+    r, m, _ = data.W.shape
     size = float(np.linalg.norm(data.tau))
-    Q = form(Sampled(data.tau / size, data.O / size, data.W, data.F))
+    Q = form(Sampled(data.tau / size, data.O / size, data.W, data.F), np.eye(r * m) if V is None else V)
     y = _start(Q)
-    N = len(Q.b0)
-    kappa, steps = 10.0 * N, 0
-    last = 2 * N / tolerance
+    degree = len(Q.b0) + Q.V.shape[1]
+    kappa, steps = 5.0 * degree, 0
+    last = degree / tolerance
     best = (-math.inf, y)
     while True:
         for _ in range(40):
@@ -149,25 +165,25 @@ def solve(
                 break
             y = moved
             best = max(best, (_value(Q, y), y), key=lambda pair: pair[0])
-            if decrement < 0.5:
+            if decrement < _CENTRED:
                 break
         if progress is not None:
-            progress(f"bound {math.sqrt(max(best[0], 0.0)) * size:.6g}, gap of the path {2 * N / kappa:.1e}")
+            progress(f"bound {math.sqrt(max(best[0], 0.0)) * size:.6g}, gap of the path {degree / kappa:.1e}")
         if kappa >= last:
             break
         kappa = min(kappa * growth, last)
     y = best[1]
-    r, m, _ = data.W.shape
     mu = y[len(Q.pairs[0]) :].reshape(r * (r - 1) // 2, m)
-    return LiftedSolution(Q.Z(y) * size**2, mu * size**2, best[0] * size**2, steps)
+    C = np.transpose(np.linalg.qr((Q.V @ cholesky(Q.Lambda(y), lower=True)).T, mode="r"))  # zero above its diagonal
+    return LiftedSolution(C * size, mu * size**2, best[0] * size**2, steps)
 
 
 def _start(Q: Form) -> Array:
-    """Z = ε I, μ = 0 with ε small enough."""
-    y = np.zeros(len(Q.c1))
-    diagonal = Q.pairs[0] == Q.pairs[1]
+    """Λ = ε I, μ = 0 with ε small enough."""
+    y = np.zeros(len(Q.pairs[0]) + len(Q.b_mu))
+    diagonal = np.flatnonzero(Q.pairs[0] == Q.pairs[1])
     for exponent in range(0, 16):
-        y[: len(diagonal)][diagonal] = 10.0 ** (-exponent / 2) / len(Q.b0)
+        y[diagonal] = 10.0 ** (-exponent / 2) / len(Q.b0)
         if np.linalg.eigvalsh(Q.at(y)[2])[0] > 0:
             return y
     raise BadInput("no certificate to start from at this expansion point; choose another ω0 or a smaller L")
@@ -181,7 +197,7 @@ def _value(Q: Form, y: Array) -> float:
 def _barrier(Q: Form, y: Array, kappa: float) -> float:
     c, b, M = Q.at(y)
     try:
-        factor, inner = cholesky(M, lower=True), cholesky(Q.Z(y), lower=True)
+        factor, inner = cholesky(M, lower=True), cholesky(Q.Lambda(y), lower=True)
     except np.linalg.LinAlgError:
         return -math.inf
     half = solve_triangular(factor, b, lower=True)
@@ -192,21 +208,43 @@ def _barrier(Q: Form, y: Array, kappa: float) -> float:
 def _derivatives(Q: Form, y: Array, kappa: float) -> tuple[Array, Array]:
     """Gradient and minus the Hessian of the barrier problem."""
     _, b, M = Q.at(y)
-    N, p, q = len(b), *Q.pairs
-    factor = cholesky(M, lower=True)
-    root = solve_triangular(factor, np.eye(N), lower=True)  # M⁻¹ = rootᵀ root
+    N, (p, q) = len(b), Q.pairs
+    n, count = len(p), len(p) + len(Q.b_mu)
+    root = solve_triangular(cholesky(M, lower=True), np.eye(N), lower=True)  # M⁻¹ = rootᵀ root
     v = -root.T @ (root @ b)
-    pull = Q.b1 + Q.M1 @ v  # db + dM v, one row a variable
-    half = (Q.M1.reshape(-1, N) @ root.T).reshape(-1, N, N)  # dM rootᵀ
-    moved = (np.swapaxes(half, 1, 2).reshape(-1, N) @ root.T).reshape(-1, N, N)  # root dM rootᵀ, as dM is symmetric
     upper = np.triu_indices(N)
-    packed = moved[:, upper[0], upper[1]] * np.where(upper[0] == upper[1], 1.0, math.sqrt(2.0))
-    gradient = kappa * (Q.c1 + Q.b1 @ v + pull @ v) + np.trace(moved, axis1=1, axis2=2)
-    whitened = math.sqrt(2 * kappa) * (pull @ root.T)
-    rows = np.hstack([packed, whitened])
+    scale = np.where(upper[0] == upper[1], 1.0, math.sqrt(2.0))
+    diagonal = upper[0] == upper[1]
+    rows = np.empty((count, len(scale) + N))  # of every variable: root dM rootᵀ packed, root (db + dM v)
+    slope = np.empty(count)  # dc + 2 vᵀdb + vᵀdM v
+    P, R = root @ Q.P, root @ Q.Q
+    Pv, Qv = np.swapaxes(Q.P, 1, 2) @ v, np.swapaxes(Q.Q, 1, 2) @ v
+    row = 0
+    for first in range(Q.V.shape[1]):
+        rest = slice(first, None)
+        here = slice(row, row + Q.V.shape[1] - first)
+        moved = np.matmul(P[rest], P[first].T) - np.matmul(R[rest], R[first].T)
+        moved = moved + np.swapaxes(moved, 1, 2)
+        pull = P[rest] @ Pv[first] + Pv[rest] @ P[first].T - R[rest] @ Qv[first] - Qv[rest] @ R[first].T
+        pull -= 2 * (R[rest] @ Q.s[first] + Q.s[rest] @ R[first].T)
+        turned = 2 * (Pv[rest] @ Pv[first] - Qv[rest] @ Qv[first])
+        turned -= 8 * (Q.s[rest] @ Q.s[first]) + 4 * (Qv[rest] @ Q.s[first] + Q.s[rest] @ Qv[first])
+        for part in (moved, pull, turned):
+            part[0] /= 2  # an entry of the diagonal stands once in Λ
+        rows[here, : len(scale)] = moved[:, upper[0], upper[1]] * scale
+        rows[here, len(scale) :] = pull
+        slope[here] = turned
+        row = here.stop
+    if len(Q.b_mu):
+        moved = root @ Q.M_mu @ root.T
+        rows[n:, : len(scale)] = moved[:, upper[0], upper[1]] * scale
+        felt = Q.M_mu @ v
+        rows[n:, len(scale) :] = (Q.b_mu + felt) @ root.T
+        slope[n:] = 2 * Q.b_mu @ v + felt @ v
+    gradient = kappa * slope + rows[:, : len(scale)][:, diagonal].sum(axis=1)
+    rows[:, len(scale) :] *= math.sqrt(2 * kappa)
     hessian = rows @ rows.T
-    inverse = np.asarray(cho_solve(cho_factor(Q.Z(y), lower=True), np.eye(N)))
-    n = len(p)
+    inverse = np.asarray(cho_solve(cho_factor(Q.Lambda(y), lower=True), np.eye(Q.V.shape[1])))
     twice = np.where(p == q, 1.0, 2.0)
     gradient[:n] += twice * inverse[p, q]
     both = inverse[np.ix_(p, p)] * inverse[np.ix_(q, q)] + inverse[np.ix_(p, q)] * inverse[np.ix_(q, p)]

@@ -25,7 +25,8 @@ from flint import arb, arb_mat, fmpq
 
 from posreal.admittance import Rational, exact, state_space
 from posreal.admittance.exact import to_fmpq
-from posreal.design.bound.space import Space, identity, precision
+from posreal.admittance.roots import precision
+from posreal.design.bound.space import Point, Space, identity
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, Infeasible, listed
@@ -69,6 +70,10 @@ class Figure:
         if len(set(self.plant.groups)) != 1:
             places = listed(sorted(set(self.plant.groups))).replace(" or ", " and ")
             raise BadInput(f"a bound is over one device in all ports, and this plant has places for {places}")
+        if len(self.plant.shares) > 1:
+            raise BadInput(
+                "a bound is known for one white process only; give them one at a time, each bounds the whole"
+            )
         unknown = set(self.weights) - set(self.plant.outputs)
         if unknown or not self.weights or any(weight < 0 for weight in self.weights.values()):
             raise BadInput(f"weights must be of the outputs {listed(self.plant.outputs)} and not negative")
@@ -169,14 +174,15 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
         return Figure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
     if problem.goal is not None:
         parts = problem.goal.parts
-        if problem.goal.kind != "sum" or any(part.startswith("gain_") for part, _ in parts):
+        if problem.goal.kind == "worst" or any(part.startswith("gain_") for part, _ in parts):
             names = listed(part for part, _ in parts)
             raise BadInput(
                 f"{base} has no bound of its own; bound one of its parts, {names}: each is a bound on the worst"
             )
         squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in parts}
         units = {known[part][1] for part, _ in parts}
-        return Figure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", SUM)
+        combine = SQUARES if problem.goal.kind == "norm" else SUM
+        return Figure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", combine)
     if base.startswith("gain_"):
         return Figure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
     output, unit, scale = _known(base, known)
@@ -189,7 +195,8 @@ def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
         case PlanView():
             return {"Macc": ("body_acceleration", "m/s^2", fmpq(1))}
         case SideView(g=g):
-            return {f"J1z_{p}": (f"acceleration_{p}", "%g", (100 / to_fmpq(g)) ** 2) for p in "LMT"}
+            rides = {f"J1z_{p}": (f"acceleration_{p}", "%g", (100 / to_fmpq(g)) ** 2) for p in "LMT"}
+            return rides | {f"{name}_whole": ride for name, ride in rides.items()}
         case QuarterCar():
             return {"J1": ("acceleration", "m/s^2", fmpq(1)), "J3": ("tyre_force", "N", fmpq(1))}
         case UserPlant(plant=plant):
@@ -226,7 +233,7 @@ class Expansion:
     W: list[arb_mat]
 
 
-def expand(figure: Figure, points: Sequence[fmpq], c0: fmpq) -> Expansion:
+def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
     """The figure on the space of some points against a damper c0, at the precision in force."""
     space = Space(tuple(points))
     plant, rows, ports = figure.plant, figure.rows, figure.loops
@@ -282,7 +289,7 @@ def expand(figure: Figure, points: Sequence[fmpq], c0: fmpq) -> Expansion:
     )
 
 
-def enclosed(figure: Figure, points: Sequence[fmpq], c0: fmpq, *, digits: int = 30) -> Expansion:
+def enclosed(figure: Figure, points: Sequence[Point], c0: fmpq, *, digits: int = 30) -> Expansion:
     """`expand` with the precision doubled until all is known to so many digits of the largest."""
     bits = 256
     while bits <= 1 << 14:

@@ -21,6 +21,7 @@ from posreal.admittance.exact import to_fmpq, to_text
 from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
+from posreal.design.bound.space import Point, width
 from posreal.design.mounting import Mounting
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
@@ -57,9 +58,9 @@ def to_dict(bound: Bound) -> dict[str, Any]:
         "about": _about_out(bound),
         "certificate": {
             "form": bound.form,
-            "points": [to_text(point) for point in numbers.points],
+            "points": [_point_out(point) for point in numbers.points],
             "damper": to_text(numbers.damper),
-            "factor": [[float(value) for value in row[: k + 1]] for k, row in enumerate(numbers.factor)],
+            "factor": [row[: k + 1].tolist() for k, row in enumerate(numbers.factor)],
             "multipliers": numbers.multipliers.tolist(),
             "functional": numbers.functional.tolist(),
         },
@@ -237,7 +238,9 @@ def _plant_in(data: Any) -> Figure:
     if density <= 0:
         raise BadInput(f"density is {density:g}; it must be above 0")
     weights = {str(name): to_fmpq(value) for name, value in table["weights"].items()}
-    plant = Plant(**arrays, outputs=outputs, groups=groups, shaping=shaping, density=density)
+    plant = Plant(
+        **arrays, outputs=outputs, groups=groups, shaping=shaping, density=density, processes=(), shares=(1.0,)
+    )
     return Figure(plant, mounting, weights, str(table["metric"]), str(table["unit"]), str(table["combine"]))
 
 
@@ -247,16 +250,19 @@ def _plant_in(data: Any) -> Figure:
 def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
     loops = len(about.loops)
     if not isinstance(table["points"], list) or not table["points"]:
-        raise BadInput("points are a list of frequencies, rad/s")
-    points = tuple(_positive(point, "a point") for point in table["points"])
-    m = len(points)
+        raise BadInput("points are a list of frequencies, rad/s, and of pairs of natural frequency and damping ratio")
+    points = tuple(_point(point) for point in table["points"])
+    m = sum(map(width, points))
     size, pairs = loops * m, loops * (loops - 1) // 2
     if size > _LARGEST_FACTOR:
-        raise BadInput(f"{m} points and {loops} loops are more than {_LARGEST_FACTOR} together")
+        raise BadInput(f"a space of {m} dimensions and {loops} loops are more than {_LARGEST_FACTOR} together")
     rows, multipliers = table["factor"], table["multipliers"]
     if not all(isinstance(x, list) and len(x) == n for x, n in ((rows, size), (multipliers, pairs))):
-        raise BadInput(f"{loops} loops and {m} points need {size} rows in factor and {pairs} in multipliers")
-    factor, mu = np.zeros((size, size)), np.zeros((pairs, m))
+        raise BadInput(f"{loops} loops and {m} dimensions need {size} rows in factor and {pairs} in multipliers")
+    columns = len(rows[-1]) if isinstance(rows[-1], list) else 0
+    if not 0 < columns <= size:
+        raise BadInput(f"the last row of factor needs 1 to {size} numbers")
+    factor, mu = np.zeros((size, columns)), np.zeros((pairs, m))
     functional = _functional(table["functional"], about, m)
     for target, given, name in [
         *((factor[k, : k + 1], row, f"row {k + 1} of factor") for k, row in enumerate(rows)),
@@ -277,7 +283,7 @@ def _functional(data: Any, about: Figure, m: int) -> np.ndarray:
     array = _array(data, "functional")
     good = array.shape == (len(about.weights), m) if about.combine == SUM else array.shape == (2 * m, 2 * m)
     if not good:
-        raise BadInput(f"functional has shape {array.shape}, which does not fit {m} points")
+        raise BadInput(f"functional has shape {array.shape}, which does not fit {m} dimensions")
     return array
 
 
@@ -316,6 +322,16 @@ def _positive(value: Any, name: str) -> fmpq:
     if number <= 0:
         raise BadInput(f"{name} is {value}; it must be above 0")
     return number
+
+
+def _point(value: Any) -> Point:
+    if isinstance(value, list) and len(value) == 2:
+        return _positive(value[0], "a point's frequency"), _positive(value[1], "a point's damping ratio")
+    return _positive(value, "a point")
+
+
+def _point_out(point: Point) -> str | list[str]:
+    return [to_text(value) for value in point] if isinstance(point, tuple) else to_text(point)
 
 
 def _array(data: Any, name: str) -> np.ndarray:

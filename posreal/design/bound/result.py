@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from posreal.admittance import Rational
-from posreal.admittance.exact import to_float
 from posreal.admittance.positive_real import require
 from posreal.design.bound.certificate import NotProven
 from posreal.design.bound.ports import Figure
 from posreal.design.bound.search import Certificate, passive
+from posreal.design.bound.space import in_words
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 
@@ -168,7 +168,7 @@ class Bound:
     def __str__(self) -> str:
         lines = [
             f"{self.metric} ≥ {self.value:.7g} {self.unit} for {self.devices}  ({self.kind})",
-            f"  proof: {len(self.certificate.points)} points at {_listed(self.certificate)} rad/s, {self.form} form; "
+            f"  proof: {len(self.certificate.points)} points at {in_words(self.certificate.points)}, {self.form} form; "
             "checked in ball arithmetic, no solver involved",
         ]
         if self.best is not None:
@@ -196,10 +196,6 @@ class Bound:
         from posreal.design.bound.record import load
 
         return load(path)
-
-
-def _listed(certificate: Certificate) -> str:
-    return " and ".join(f"{to_float(a):g}" for a in sorted(set(certificate.points)))
 
 
 __all__ = ["BelowBound", "Best", "Bound"]

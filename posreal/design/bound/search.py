@@ -1,10 +1,12 @@
 """From a figure to the best certificate for it: which form, where the points lie, how many of them.
 
-The bound never falls when a point is added, and how fast it rises depends on where the points lie: near the modes that
-carry the energy. The scan tries every octave of the vehicle's band with few points, half octaves around the best, there
-also points spread over a factor of three, and the few best of all these once more with more points. It does not depend
-on how many points are asked for in the end, and the places that it keeps compete at that number, so the bound that
-comes out does not fall with that number either.
+The bound never falls when a point is added, and how fast it rises depends on where the points lie. The scan tries every
+octave of the vehicle's band with few points, half octaves around the best, and from there looks for three places, taken
+in turn: a frequency twice and between them a pair, which is the better the more the vehicle's energy sits in two bands.
+What a place is worth is computed cheaply: by the convex program for one passive port, and by :mod:`local` for all else,
+where the semidefinite program is left to the end. The scan does not depend on how many points are asked for, and the
+few best places compete at that number, or at as many as that takes little time for, so the bound that comes out does
+not fall with that number either.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from flint import arb, fmpq
@@ -19,12 +22,13 @@ from flint import arb, fmpq
 from posreal.admittance import Rational, state_space
 from posreal.admittance.exact import rounded, to_float, to_fmpq
 from posreal.admittance.positive_real import is_positive_real
-from posreal.design.bound import lifted, plain
+from posreal.admittance.roots import precision
+from posreal.design.bound import lifted, local, plain
 from posreal.design.bound.certificate import proven
 from posreal.design.bound.objectives import objective
 from posreal.design.bound.ports import SQUARES, Figure, enclosed
 from posreal.design.bound.sampled import Sampled
-from posreal.design.bound.space import precision
+from posreal.design.bound.space import Point, in_words, width
 from posreal.errors import BadInput, PosrealError
 from posreal.vehicle.plant import close
 
@@ -32,11 +36,18 @@ Array = np.ndarray
 Progress = Callable[[str], None]
 
 PLAIN, LIFTED = "plain", "lifted"
-SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (17, 25, 33, 41), LIFTED: (13, 21, 25, 31)}
-"""Number of points at efforts 0 to 3: about 1, 3, 10 and 30 seconds, the last form some times that."""
-_SCAN = {PLAIN: (25, 41, 1), "lifted, one loop": (15, 25, 2), LIFTED: (11, 15, 3)}
-"""Number of points in the scan, and for the few best places of it once more; how many places are kept."""
-_SPREAD = (3**-0.5, 3**0.5)
+SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (31, 51, 71, 101), LIFTED: (21, 31, 37, 41)}
+"""Dimension of the space at efforts 0 to 3; a pair of points counts twice."""
+_SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (15, 31)}
+"""The dimension in the scan of octaves, and in the search for three places."""
+_LAST = 51  # and the largest at which the last few compete
+_BELOW, _ABOVE = (0.4, 0.7), (1.4, 2.5, 4.0)  # where frequency and pair start, relative to the best single place
+_STEP = 1.4  # factor by which the search moves a frequency or a damping ratio
+_WORTHWHILE = 1e-4  # relative gain for which it does
+_FALLS_SHORT = 2e-3  # relative to what the points allow; then a certificate is looked for without restriction
+
+Place = float | tuple[float, float]
+"""Where points lie: a frequency, or natural frequency and damping ratio of a pair."""
 
 
 @dataclass(frozen=True)
@@ -45,18 +56,19 @@ class Certificate:
 
     Attributes
     ----------
-    points : tuple of fmpq, rad/s
+    points : tuple of Point
+        a or (ω, ζ); frequencies in rad/s.
     damper : fmpq
         c0, N s/m.
-    factor : (r m, r m)
-        Lower-triangular C.
+    factor : (r m, p)
+        C, zero above its diagonal.
     multipliers : (r (r − 1)/2, m)
         μ.
     functional : array
         u, or P over Q, for a sum or a peak; empty for squares.
     """
 
-    points: tuple[fmpq, ...]
+    points: tuple[Point, ...]
     damper: fmpq
     factor: Array
     multipliers: Array
@@ -115,70 +127,126 @@ def size_for(figure: Figure, form: str, effort: int) -> int:
     return SIZES[_row(figure, form)][effort]
 
 
-def places(figure: Figure, form: str, progress: Progress = lambda text: None) -> list[tuple[float, ...]]:
-    """The best places for the points, rad/s, by what few of them prove there."""
-    few, more, kept = _SCAN[_row(figure, form)]
-    known: dict[tuple[float, ...], float] = {}
+def best_place(figure: Figure, form: str, size: int, progress: Progress = lambda text: None) -> tuple[Place, ...]:
+    """The best places for `size` points, rad/s.
 
-    def promised(where: tuple[float, ...], size: int) -> float:
-        progress(f"bound: looking at {' and '.join(f'{omega:g}' for omega in where)} rad/s")
-        try:
-            return certify(figure, form, cycled(where, size), tolerance=1e-3)[1]
-        except PosrealError:  # a pole of the vehicle lies there, or no certificate starts there
-            return 0.0
+    Raises
+    ------
+    BadInput
+        If nothing is proven at any.
+    """
+    few, more = _SCAN[_row(figure, form)]
+    known: dict[tuple[tuple[Place, ...], int], float] = {}
 
-    def height(centre: float, spread: Sequence[float] = (1.0,)) -> float:
-        where = tuple(float(f"{centre * factor:.3g}") for factor in spread)
-        if where not in known:
-            known[where] = promised(where, few)
-        return known[where]
+    def worth(where: tuple[Place, ...], dimension: int) -> float:
+        if (where, dimension) not in known:
+            progress(f"bound: looking at {in_words(exactly(where))}")
+            try:
+                data = Sampled.of(enclosed(figure, cycled(where, dimension), _damper(figure, cycled(where, dimension))))
+                known[where, dimension] = _promised(figure, form, data)
+            except PosrealError:  # a pole of the vehicle lies there
+                known[where, dimension] = 0.0
+        return known[where, dimension]
 
     slowest, fastest = _band(figure)
-    octaves = [slowest * 2.0**k for k in range(math.ceil(math.log2(fastest / slowest)) + 1)]
     values: list[float] = []
+    octaves = [_short_number(slowest * 2.0**k) for k in range(math.ceil(math.log2(fastest / slowest)) + 1)]
     for omega in octaves:
-        values.append(height(omega))
+        values.append(worth((omega,), few))
         if values[-1] < 0.8 * max(values):
             break
     centre = octaves[int(np.argmax(values))]
-    centre = max((centre, centre * 2**0.5, centre * 2**-0.5), key=height)
-    height(centre, _SPREAD)
-    shortlist = sorted(known, key=lambda where: -known[where])[:4]
-    again = {where: promised(where, more) for where in shortlist}
-    best = [where for where in sorted(again, key=lambda where: -again[where]) if again[where] > 0]
-    if not best:
-        raise BadInput("no certificate was found at any expansion point, so no bound is known for this figure")
-    return best[:kept]
+    single = max(
+        (centre, _short_number(centre * 2**0.5), _short_number(centre * 2**-0.5)), key=lambda a: worth((a,), few)
+    )
+    starts = [[single * below, single * above, 0.5] for below in _BELOW for above in _ABOVE]
+    triple = max(starts, key=lambda start: worth(_in_turn(start), more))
+    moved = True
+    while moved:
+        moved = False
+        for k, step in product(range(3), (_STEP, 1 / _STEP)):
+            other = [value * step if k == l else value for l, value in enumerate(triple)]
+            inside = slowest <= min(other[:2]) and max(other[:2]) <= fastest
+            if inside and worth(_in_turn(other), more) > worth(_in_turn(triple), more) * (1 + _WORTHWHILE):
+                triple, moved = other, True
+    searched = sorted((where for where, size in known if size == more), key=lambda where: -worth(where, more))
+    final = min(size, _LAST)
+    best = max([(single,), *searched[:4]], key=lambda where: worth(where, final))
+    if worth(best, final) == 0:
+        raise BadInput("nothing is proven at any place for the points, so no bound is known for this figure")
+    return best
 
 
-def cycled(where: Sequence[float], size: int) -> tuple[fmpq, ...]:
-    """So many points, taking the places in turn."""
-    exact = [to_fmpq(repr(float(omega))) for omega in where]
-    return tuple(exact[k % len(exact)] for k in range(size))
+def _in_turn(triple: Sequence[float]) -> tuple[Place, ...]:
+    """A frequency, a pair, and the frequency again."""
+    a, omega, zeta = map(_short_number, triple)
+    return a, (omega, zeta), a
+
+
+def _short_number(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def _promised(figure: Figure, form: str, data: Sampled) -> float:
+    """What points prove about J, nearly; 0 where nothing."""
+    if form == PLAIN:
+        return plain.solve(data, objective(figure.combine, data), tolerance=1e-3).value
+    return local.solve(data, tolerance=1e-3).value
+
+
+def cycled(where: Sequence[Place], size: int) -> tuple[Point, ...]:
+    """Points for a space of dimension `size`, or one less where a pair does not fit, taking the places in turn."""
+    exact = exactly(where)
+    points: list[Point] = []
+    room = size
+    while room > 0:
+        point = exact[len(points) % len(exact)]
+        room -= width(point)
+        if room >= 0:
+            points.append(point)
+    return tuple(points)
+
+
+def exactly(where: Sequence[Place]) -> list[Point]:
+    """Places as the decimal numbers that they print as."""
+    return [
+        (to_fmpq(repr(place[0])), to_fmpq(repr(place[1]))) if isinstance(place, tuple) else to_fmpq(repr(float(place)))
+        for place in where
+    ]
 
 
 def certify(
     figure: Figure,
     form: str,
-    points: Sequence[fmpq],
+    points: Sequence[Point],
     *,
     tolerance: float | None = None,
     progress: Progress | None = None,
-) -> tuple[Certificate, float]:
-    """The best certificate at some points, and the bound on J it promises in floats."""
+) -> Certificate:
+    """The best certificate at some points."""
     damper = _damper(figure, points)
-    found = enclosed(figure, points, damper)
-    data = Sampled.of(found)
+    data = Sampled.of(enclosed(figure, points, damper))
     if form == PLAIN:
-        goal = objective(figure.combine, data)
-        solution = plain.solve(data, goal, tolerance=tolerance or 1e-8)
-        Z, mu, functional = solution.Z, np.zeros((0, len(points))), solution.functional
-        promised = solution.value
+        solution = plain.solve(data, objective(figure.combine, data), tolerance=tolerance or 1e-8)
+        factor, mu, functional = np.linalg.cholesky(solution.Z), np.zeros((0, len(data.F))), solution.functional
     else:
-        dual = lifted.solve(data, tolerance=tolerance or 1e-5, progress=progress)
-        Z, mu, functional = dual.Z, dual.mu, np.zeros((0, 0))
-        promised = math.sqrt(max(dual.value, 0.0))
-    return Certificate(tuple(points), damper, _short(np.linalg.cholesky(Z)), _short(mu), _short(functional)), promised
+        dual = _lifted(data, tolerance or 1e-5, progress)
+        factor, mu, functional = dual.C, dual.mu, np.zeros((0, 0))
+    return Certificate(tuple(points), damper, _short(factor), _short(mu), _short(functional))
+
+
+def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifted.LiftedSolution:
+    """The dual on the kernel that the best device at the points leaves, and without restriction if that falls short."""
+    guide = local.solve(data)
+    try:
+        found = lifted.solve(data, guide.kernel, tolerance=tolerance, progress=progress)
+    except BadInput:
+        return lifted.solve(data, tolerance=tolerance, progress=progress)
+    rows, columns = guide.kernel.shape
+    if columns == rows or found.value > (guide.value * (1 - _FALLS_SHORT)) ** 2:
+        return found
+    whole = lifted.solve(data, tolerance=tolerance, progress=progress)
+    return max(found, whole, key=lambda solution: solution.value)
 
 
 def _row(figure: Figure, form: str) -> str:
@@ -190,12 +258,12 @@ def _short(numbers: Array) -> Array:
     return np.array([float(f"{value:.11e}") for value in numbers.ravel()]).reshape(numbers.shape)
 
 
-def _damper(figure: Figure, points: Sequence[fmpq]) -> fmpq:
+def _damper(figure: Figure, points: Sequence[Point]) -> fmpq:
     """c0 that matches the ports at the points: about 1/P there, two digits."""
     logs = []
     for port in figure.loops:
         P = figure.mobility(port)
-        for point in set(points):
+        for point in {point[0] if isinstance(point, tuple) else point for point in points}:
             if P.d(point) != 0 and P.n(point) != 0:
                 logs.append(math.log(abs(to_float(P.n(point) / P.d(point)))))
     return rounded(to_fmpq(math.exp(-sum(logs) / len(logs))), 2) if logs else fmpq(1)
@@ -215,10 +283,12 @@ __all__ = [
     "LIFTED",
     "PLAIN",
     "Certificate",
+    "Place",
+    "best_place",
     "certify",
     "choose_form",
     "cycled",
+    "exactly",
     "passive",
-    "places",
     "size_for",
 ]

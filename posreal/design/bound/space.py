@@ -1,52 +1,55 @@
 """Functions of s where a bound looks at them: on the span of a few damped exponentials, enclosed in balls.
 
-For points a₁ … a_m > 0, rad/s, repetitions welcome, the Takenaka–Malmquist functions
+A point is a number a > 0, or a pair of natural frequency ω and damping ratio ζ that stands for the two roots of
+d(s) = s² − 2ζωs + ω². In sequence, repetitions welcome, points give the Takenaka–Malmquist and Kautz functions
 
-    φₖ(s) = √(2aₖ)/(s + aₖ) ∏_{l<k} (s − a_l)/(s + a_l)
+    √(2a)/(s + a) B(s),    and for a pair    2√(ζω) s/d(−s) B(s),  2ω√(ζω)/d(−s) B(s),
 
-are orthonormal in H2 of the open right half plane [Takenaka1925]. Their span K is orthogonal to a subspace that every
-multiplication maps into itself, so that with T_f = P_K f|_K [Sarason1967]
+B being the product of (s − a)/(s + a) and d(s)/d(−s) over the points before. They are orthonormal in H2 of the open
+right half plane [Takenaka1925, Kautz1954]. Their span K is orthogonal to a subspace that every multiplication maps into
+itself, so that with T_f = P_K f|_K [Sarason1967]
 
     T_f T_g = T_{fg},    ‖T_f‖ ≤ sup |f|,    T_f = f(S),    (⟨φₖ, f⟩)ₖ = f(S) v  for f in H2
 
-where S = T_s is lower triangular with S + Sᵀ = v vᵀ:
+where S = T_s is block lower triangular with S + Sᵀ = v vᵀ. Its diagonal blocks and the parts of v beside them are
 
-    S_kk = aₖ,    S_jk = 2√(aⱼaₖ) for j > k,    vₖ = √(2aₖ).
+    a,  √(2a),    and for a pair    [[2ζω, ω], [−ω, 0]],  [2√(ζω), 0]ᵀ.
 
 The points, the eigenvalues of S, are where functions are evaluated. All equal to ω0: T_f is the Toeplitz matrix of the
 Taylor coefficients of f in (s − ω0)/(s + ω0). A function is held by its column f(S) e₁, and T_f = Σ fⱼ Fⱼ with
-Fⱼ = uⱼ(S), uⱼ = φⱼ/φ₁. For a state space the columns obey S ⊗ X − A X = e₁ B; a delay is the exponential of −τS.
+Fⱼ = uⱼ(S), uⱼ = φⱼ/φ₁; the column of 1/φ₁ is v. For a state space the columns obey S ⊗ X − A X = e₁ B; a delay is the
+exponential of −τS.
 
 Every float that goes in is the rational number it is, every operation rounds outwards: the true columns of *these*
 functions lie in the balls that come out.
+
+[Takenaka1925] S. Takenaka, On the orthogonal functions and a new formula of interpolation, Japanese Journal of
+Mathematics 2 (1925) 129–145.
+[Kautz1954] W.H. Kautz, Transient synthesis in the time domain, IRE Transactions on Circuit Theory 1 (1954) 29–39.
+[Sarason1967] D. Sarason, Generalized interpolation in H∞, Transactions of the AMS 127 (1967) 179–203.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, fmpq
 
 from posreal.admittance import Rational
-from posreal.admittance.exact import to_fmpq
+from posreal.admittance.exact import to_float, to_fmpq
 from posreal.errors import BadInput
 
 Array = np.ndarray
+Point = fmpq | tuple[fmpq, fmpq]
+"""a, or (ω, ζ)."""
 
 
-@contextmanager
-def precision(bits: int) -> Iterator[None]:
-    """Balls of so many bits inside the block."""
-    before = ctx.prec
-    ctx.prec = bits
-    try:
-        yield
-    finally:
-        ctx.prec = before
+def width(point: Point) -> int:
+    """How many functions a point adds to the span."""
+    return 2 if isinstance(point, tuple) else 1
 
 
 def matrix(entries: Array) -> arb_mat:
@@ -71,32 +74,50 @@ class Space:
 
     Attributes
     ----------
-    points : tuple of fmpq
-        a₁ … a_m, rad/s.
+    points : tuple of Point
+        a or (ω, ζ); frequencies in rad/s.
     """
 
-    points: tuple[fmpq, ...]
+    points: tuple[Point, ...]
 
     def __post_init__(self) -> None:
-        if not self.points or any(point <= 0 for point in self.points):
-            raise BadInput("the points of a bound lie in the open right half plane: give frequencies above 0 rad/s")
+        values = [value for point in self.points for value in (point if isinstance(point, tuple) else (point,))]
+        if not values or any(value <= 0 for value in values):
+            raise BadInput(
+                "the points of a bound lie in the open right half plane: give frequencies and damping ratios above 0"
+            )
 
     @property
     def size(self) -> int:
         """m, the dimension of K."""
-        return len(self.points)
+        return sum(width(point) for point in self.points)
 
     @cached_property
     def v(self) -> list[arb]:
         """v with S + Sᵀ = v vᵀ."""
-        return [arb(2 * point).sqrt() for point in self.points]
+        found: list[arb] = []
+        for point in self.points:
+            if isinstance(point, tuple):
+                found += [arb(4 * point[0] * point[1]).sqrt(), arb(0)]
+            else:
+                found.append(arb(2 * point).sqrt())
+        return found
 
     @cached_property
     def S(self) -> arb_mat:
         """T_s."""
-        v, a = self.v, [arb(point) for point in self.points]
-        m = range(self.size)
-        return arb_mat([[a[j] if j == k else v[j] * v[k] if k < j else arb(0) for k in m] for j in m])
+        v, m = self.v, range(self.size)
+        rows = [[v[j] * v[k] if k < j else arb(0) for k in m] for j in m]
+        row = 0
+        for point in self.points:
+            if isinstance(point, tuple):
+                omega, zeta = point
+                rows[row][row], rows[row][row + 1] = arb(2 * zeta * omega), arb(omega)
+                rows[row + 1][row] = arb(-omega)
+            else:
+                rows[row][row] = arb(point)
+            row += width(point)
+        return arb_mat(rows)
 
     @cached_property
     def one(self) -> arb_mat:
@@ -106,21 +127,33 @@ class Space:
     @cached_property
     def measure(self) -> arb_mat:
         """The column of 1/φ₁: f times it is f(S) v, the coefficients (⟨φₖ, f⟩)ₖ of f in H2."""
-        return (self.S * self.one + self.one * arb(self.points[0])) / self.v[0]
+        return arb_mat(self.size, 1, self.v)
 
     @cached_property
     def basis(self) -> arb_mat:
         """Every Fⱼ, flattened row by row, as the columns of an (m², m) matrix."""
-        m, unit = self.size, identity(self.size)
-        rows = [unit.entries()]
-        current = unit
-        steps: dict[tuple[fmpq, fmpq], arb_mat] = {}
-        for a, b in zip(self.points[:-1], self.points[1:], strict=True):
-            if (a, b) not in steps:  # φ_b/φ_a = √(b/a) (s − a)/(s + b)
-                steps[a, b] = (self.S - unit * arb(a)) * (self.S + unit * arb(b)).inv() * (arb(b) / arb(a)).sqrt()
-            current = current * steps[a, b]
-            rows.append(current.entries())
-        return arb_mat(m, m * m, [value for row in rows for value in row]).transpose()
+        m = self.size
+        shares = {point: self._shares(point) for point in set(self.points)}
+        (first, *_), _ = shares[self.points[0]]
+        before = first.inv()  # B/φ₁
+        rows: list[arb] = []
+        for point in self.points:
+            functions, through = shares[point]
+            for function in functions:
+                rows += (before * function).entries()
+            before = before * through
+        return arb_mat(m, m * m, rows).transpose()
+
+    def _shares(self, point: Point) -> tuple[list[arb_mat], arb_mat]:
+        """A point's own functions (those with B = 1) and its factor of B, at S."""
+        S, unit = self.S, identity(self.size)
+        if not isinstance(point, tuple):
+            inverse = (S + unit * arb(point)).inv()
+            return [inverse * arb(2 * point).sqrt()], (S - unit * arb(point)) * inverse
+        omega, zeta = point
+        even, odd = S * S + unit * arb(omega * omega), S * arb(2 * zeta * omega)
+        inverse, length = (even + odd).inv(), arb(4 * omega * zeta).sqrt()
+        return [S * inverse * length, inverse * (length * arb(omega))], (even - odd) * inverse
 
     # --- functions, each as its column -----------------------------------------------------------------------
 
@@ -165,17 +198,40 @@ class Space:
             If a point is an eigenvalue of A.
         """
         out, through, dynamics, unit = matrix(C), matrix(D), matrix(A), identity(len(A))
-        inverses: dict[fmpq, arb_mat] = {}
+        inverses: dict[Point, arb_mat] = {}
         felt = arb_mat(len(A), B.shape[1])  # Σ vⱼ Xⱼ over the points before
         rows: list[arb_mat] = []
-        for k, a in enumerate(self.points):
-            # (aₖ − A) Xₖ = δ_{k1} B − vₖ Σ_{j<k} vⱼ Xⱼ
-            if a not in inverses:
-                try:
-                    inverses[a] = (unit * arb(a) - dynamics).inv()
-                except ZeroDivisionError:
-                    raise BadInput(f"the point {a} rad/s is a pole of the vehicle; choose another") from None
-            x = inverses[a] * (matrix(B) if k == 0 else felt * -self.v[k])
+        for point in self.points:
+            k = len(rows)
+            pull = felt * -self.v[k] if rows else matrix(B)
+            if point not in inverses:
+                inverses[point] = _inverse(dynamics, unit, point)
+            if isinstance(point, tuple):
+                # (2ζω − A) X + ω X' = pull,  −ω X − A X' = 0
+                omega, zeta = arb(point[0]), arb(point[1])
+                x = inverses[point] * (dynamics * -pull)
+                other = (pull + dynamics * x) / omega - x * (2 * zeta)
+            else:
+                x = inverses[point] * pull  # (a − A) X = pull
             felt = felt + x * self.v[k]
-            rows.append(out * x + through if k == 0 else out * x)
+            rows.append(out * x if k else out * x + through)
+            if isinstance(point, tuple):
+                rows.append(out * other)
         return [[arb_mat(self.size, 1, [row[i, j] for row in rows]) for j in range(B.shape[1])] for i in range(len(C))]
+
+
+def _inverse(A: arb_mat, unit: arb_mat, point: Point) -> arb_mat:
+    """(a − A)⁻¹, or d(A)⁻¹ for a pair."""
+    try:
+        if isinstance(point, tuple):
+            omega, zeta = point
+            return (A * A - A * arb(2 * zeta * omega) + unit * arb(omega * omega)).inv()
+        return (unit * arb(point) - A).inv()
+    except ZeroDivisionError:
+        raise BadInput(f"a point of the bound, {in_words([point])}, is a pole of the vehicle; choose another") from None
+
+
+def in_words(points: Iterable[Point]) -> str:
+    """The distinct points in words, from low to high."""
+    found = {(to_float(p[0]), to_float(p[1])) if isinstance(p, tuple) else (to_float(p), 0.0) for p in points}
+    return " and ".join(f"{a:g} rad/s damped {zeta:g}" if zeta else f"{a:g} rad/s" for a, zeta in sorted(found))

@@ -37,7 +37,14 @@ Slack = Callable[[Array], tuple[Array, Array]]  # θ ↦ values that must be ≥
 
 
 def require_smooth(problem: Problem) -> None:
-    """Refuse a constraint of which the search has no gradient."""
+    """Refuse an objective or a constraint of which the search has no gradient."""
+    if problem.points or problem.goal is not None or problem.objective.startswith("gain_"):
+        raise BadInput(
+            f"a search minimises one mean square or peak at one operating point, not {problem.objective!r}; "
+            "optimise and synthesise take it"
+        )
+    if len(problem.plant.shares) > 1:
+        raise BadInput("a search takes one white process, and this plant has several; optimise and synthesise take it")
     lateral = ("Ldmp", "max_yv") if isinstance(problem.vehicle, PlanView) else ()
     accepted = (*mean_square_metrics(problem), *lateral)
     for constraint in problem.constraints:

@@ -29,7 +29,7 @@ from posreal.design.objective import MeanSquare, mean_square
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
 from posreal.network.topologies import Form, letters
-from posreal.vehicle import PlanView, QuarterCar, SideView, frequency
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant, frequency
 
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped
 
@@ -69,7 +69,7 @@ class Ground:
         figure = _figure(problem, metric, self.primary_open, panels)
         port = figure.port
         keep = slice(_negligible(figure) if trimmed else 0, None)
-        self._weight = figure.scale * figure.rule.weight[keep]
+        self._weight = figure.scale * figure.weight[keep]
         self.grid = Grid.at(figure.s[keep])
         self._Tzw, self._Tzf, self._Pvw, self._Pvf = (
             port.Tzw[keep],
@@ -178,6 +178,8 @@ def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
             return ("J1z_L", "J1z_M", "J1z_T", f"{_DEFLECTION}front", f"{_DEFLECTION}rear")
         case QuarterCar():
             return ("J1", "J3")
+        case UserPlant(plant=plant):
+            return tuple(f"rms_{output}" for output in plant.outputs)
     raise AssertionError(problem.vehicle)
 
 

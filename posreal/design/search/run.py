@@ -18,6 +18,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from typing import Any
 
+import numpy as np
+
 from posreal.design.problem import Problem
 from posreal.design.search.checkpoint import Checkpoint, fingerprint, number
 from posreal.design.search.constrained import require_smooth
@@ -34,6 +36,7 @@ from posreal.design.search.workers import Workers, workers
 from posreal.design.threads import one_thread
 from posreal.errors import BadInput
 from posreal.network.topologies import Form, key, letters, topologies
+from posreal.vehicle import UserPlant
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
 STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology
@@ -207,7 +210,7 @@ def _checked_limits(limits: Mapping[str, float]) -> dict[str, float]:
 def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
     """What decides the results, for a checkpoint; the number of elements does not."""
     identity = {
-        "vehicle": [problem.vehicle.name, dataclasses.asdict(problem.vehicle)],
+        "vehicle": [problem.vehicle.name, _parameters(problem)],
         "objective": problem.objective,
         "constraints": [[c.metric, c.sense, c.value] for c in problem.constraints],
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},
@@ -220,6 +223,15 @@ def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
         "starts": settings.starts,
         "fingerprint": fingerprint(identity),
     }
+
+
+def _parameters(problem: Problem) -> dict[str, Any]:
+    """Everything that makes the vehicle what it is, JSON-able."""
+    vehicle = problem.vehicle
+    if not isinstance(vehicle, UserPlant):
+        return dataclasses.asdict(vehicle)
+    around = {"beside": str(vehicle.beside), "behind": str(vehicle.behind)}
+    return {name: np.asarray(part).tolist() for name, part in vars(vehicle.plant).items() if part is not None} | around
 
 
 def _record(found: Found) -> dict[str, Any]:

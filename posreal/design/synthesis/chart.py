@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.linalg import schur
@@ -47,6 +48,27 @@ def _lower(n: int, diagonal: int = 0) -> tuple[np.ndarray, np.ndarray]:
     return np.tril_indices(n, diagonal)
 
 
+class Coordinates(Protocol):
+    """A family of devices with a vector of numbers each: this module's, or a layout's element values."""
+
+    @property
+    def size(self) -> int:
+        """Length of the vector."""
+
+    @property
+    def bounds(self) -> Any:
+        """Least and greatest value of each number, None where there is none."""
+
+    def device(self, theta: Real) -> Any:
+        """The device at `theta`: callable on points s, with `state_space()`."""
+
+    def values_and_slopes(self, theta: Real, s: Complex) -> tuple[Complex, Complex]:
+        """Y (N,) and ∂Y/∂θ (size, N) at the points s (N,)."""
+
+    def mode_slopes(self, theta: Real, device: Any, s: Complex, xi: Complex, eta: Complex) -> Complex:
+        """Slopes (size, M) of eigenvalues s (M,) of a closed loop with ξ = (x, v) and η = (−y, t) at the port."""
+
+
 @dataclass(frozen=True)
 class Chart:
     """Positive-real functions with `order` states, and optionally a spring and an inerter beside them."""
@@ -60,6 +82,11 @@ class Chart:
         """Length of the vector."""
         n = self.order
         return n * (n - 1) // 2 + n + (n + 1) * (n + 2) // 2 + self.spring + self.inerter
+
+    @property
+    def bounds(self) -> list[tuple[None, None]]:
+        """None for every number."""
+        return [(None, None)] * self.size
 
     def device(self, theta: Real) -> PortHamiltonian:
         """The device at `theta`."""
@@ -117,6 +144,10 @@ class Chart:
         if self.inerter:
             rows.append((2 * theta[-1] * t * v * s)[None, :])
         return np.vstack(rows)
+
+    def mode_slopes(self, theta: Real, device: PortHamiltonian, s: Complex, xi: Complex, eta: Complex) -> Complex:
+        """As :meth:`slopes`, for the device at `theta`."""
+        return self.slopes(theta, device.L, s, xi, eta)
 
     def _states(self, theta: Real, s: Complex) -> tuple[Complex, Complex, Complex, Real]:
         device = self.device(theta)

@@ -20,8 +20,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from posreal.design.constraint import Range
-from posreal.design.synthesis.chart import Chart
-from posreal.design.synthesis.criterion import Candidate
+from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.damping import Damping
 from posreal.design.synthesis.figures import Figure, Slopes
 
@@ -34,7 +33,7 @@ INSIDE = 1e-8  # of damping ratio and of figures, relative: the optimiser's roun
 class Requirement(Protocol):
     """Something to be kept: margins in units of their own, not negative where it is."""
 
-    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def margins(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The margins and their slopes."""
 
 
@@ -46,7 +45,7 @@ class AtMost:
     figure: Figure
     limit: float
 
-    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def margins(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """1 − F/limit."""
         found = self.figure.slopes(chart, theta, parameters)
         unit = self.limit if self.limit > 0 else 1.0
@@ -64,7 +63,7 @@ class Damped:
     damping: Damping
     limit: float
 
-    def margins(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def margins(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """(ζ − limit)/UNIT."""
         ratio, by_theta, by = self.damping.ratios_and_slopes(chart, theta, parameters)
         return Slopes(
@@ -76,13 +75,14 @@ def finish_constrained(
     objective: Sequence[Figure],
     requirements: Sequence[Requirement],
     free: Mapping[str, Range],
-    chart: Chart,
-    start: Candidate,
+    chart: Coordinates,
+    start: Real,
+    parameters: Mapping[str, float],
     *,
     iterations: int = 200,
     tolerance: float = 1e-9,
-) -> tuple[Candidate, ...]:
-    """Improve a candidate to a local optimum that keeps what is required.
+) -> list[tuple[Real, dict[str, float]]]:
+    """Improve a device to a local optimum that keeps what is required.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def finish_constrained(
         The largest of all their numbers is minimised.
     requirements : sequence of Requirement
     free : mapping of vehicle parameter to Range
-    chart : Chart
-    start : Candidate
+    chart : Coordinates
+    start, parameters : vector of the chart, and mapping of free vehicle parameter to value
         Need not keep the requirements.
     iterations : int
     tolerance : float
@@ -99,20 +99,16 @@ def finish_constrained(
 
     Returns
     -------
-    tuple of Candidate
+    list of (vector of the chart, free vehicle parameters)
         The last iterate, which may miss a requirement by a little, or by far where the optimiser failed, and the best
         iterate that missed none, if there was one: measure them.
     """
     names = tuple(free)
-    first = np.array([start.parameters[name] for name in names])
-    theta0 = chart.vector(start.device)
+    first = np.array([parameters[name] for name in names])
     size, count = chart.size, len(names)
 
     def at(x: Real) -> dict[str, float]:
         return dict(zip(names, (first * np.exp(x[size : size + count])).tolist(), strict=True))
-
-    def candidate(x: Real) -> Candidate:
-        return Candidate(chart.device(x[:size]), at(x))
 
     def stacked(parts: Sequence[Slopes], values: Mapping[str, float]) -> tuple[Real, Real]:
         """Values (m,) and their slopes (m, size + count) in the unknowns."""
@@ -139,7 +135,7 @@ def finish_constrained(
             memory.update({"margins at": key, "margins": found})
         return memory["margins"]
 
-    x0 = np.concatenate([theta0, np.zeros(count)])
+    x0 = np.concatenate([start, np.zeros(count)])
     many = len(figures(x0)[0]) > 1
     if many:
         x0 = np.append(x0, figures(x0)[0].max())
@@ -166,9 +162,12 @@ def finish_constrained(
             if not kept or value < kept[0][0]:
                 kept[:] = [(value, np.array(x))]
 
-    bounds: list[tuple[float | None, float | None]] = [(None, None)] * size + [
-        (float(np.log(free[name].lower / f)), float(np.log(free[name].upper / f)))
-        for name, f in zip(names, first, strict=True)
+    bounds: list[tuple[float | None, float | None]] = [
+        *chart.bounds,
+        *(
+            (float(np.log(free[name].lower / f)), float(np.log(free[name].upper / f)))
+            for name, f in zip(names, first, strict=True)
+        ),
     ]
     bounds += [(None, None)] * many
     with np.errstate(all="ignore"):
@@ -188,4 +187,4 @@ def finish_constrained(
         except (np.linalg.LinAlgError, ValueError):  # an iterate ran off to infinity
             found = x0
     last = [np.asarray(found)] if np.all(np.isfinite(found)) else []
-    return tuple(candidate(x) for x in [*last, *(x for _, x in kept)])
+    return [(x[:size], at(x)) for x in [*last, *(x for _, x in kept)]]

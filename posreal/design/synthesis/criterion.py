@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,9 @@ from posreal.design.synthesis.scale import Scale
 Real = np.ndarray
 Complex = np.ndarray
 
+SETTLED = 1e-8  # relative change of a figure when panels are halved
+FINEST = 192  # panels a decade
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -32,15 +35,17 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Criterion:
-    """The mean-square objective of a problem for scaled devices."""
+    """The mean-square objective of a problem for scaled devices, on a grid of so many panels a decade."""
 
     problem: Problem
     scale: Scale
+    panels: int = 12
 
     @cached_property
     def figure(self) -> MeanSquare:
         """The objective on its quadrature grid."""
-        return mean_square(self.problem, primary_open=bool({"Kpy", "Cpy"} & set(self.problem.free)))
+        opened = bool({"Kpy", "Cpy"} & set(self.problem.free))
+        return mean_square(self.problem, primary_open=opened, panels=self.panels)
 
     @cached_property
     def nominal(self) -> dict[str, float]:
@@ -75,6 +80,13 @@ class Criterion:
     def measure(self, candidate: Candidate) -> float:
         """J of a candidate, whatever the constraints."""
         return self.value_and_slope(np.asarray(candidate.device(self.s)), candidate.parameters)[0]
+
+    def settled(self, candidate: Candidate) -> int:
+        """Panels a decade with which the figure of a candidate is settled: a resonance falls between coarser ones."""
+        value, finer = self.measure(candidate), replace(self, panels=2 * self.panels)
+        if self.panels >= FINEST or abs(finer.measure(candidate) - value) <= SETTLED * value:
+            return self.panels
+        return finer.settled(candidate)
 
     def slope(self, candidate: Candidate) -> Real:
         """∂J/∂(A, B, C, D) of a device, stacked: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""

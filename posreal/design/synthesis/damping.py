@@ -16,11 +16,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from posreal.admittance import PortHamiltonian, StateSpace
-from posreal.design.synthesis.chart import Chart
+from posreal.admittance import StateSpace
+from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
 from posreal.vehicle import Plant, PlanView
 
@@ -31,7 +32,14 @@ LEAST = 4  # modes a speed that are watched: the least damped ones
 SEARCH_SPEEDS = (1.0, 6.0, 15.0, 28.0, 42.0, 51.0, 55.0)  # m/s, watched from the start
 ALL_SPEEDS = tuple(
     np.unique(
-        np.concatenate([np.arange(1.0, 3.0, 0.1), np.arange(3.0, 10.0, 0.25), np.arange(10.0, 55.1, 0.5)]).round(9)
+        np.concatenate(
+            [
+                np.arange(1.0, 3.0, 0.1),
+                np.arange(3.0, 10.0, 0.25),
+                np.arange(10.0, 50.0, 0.5),
+                np.arange(50.0, 55.05, 0.1),
+            ]
+        ).round(9)
     ).tolist()
 )
 """Every speed, m/s, at which a result keeps its damping: the integers of [Jiang2012] and between."""
@@ -70,26 +78,27 @@ class Damping:
     def _opened(self) -> bool:
         return bool({"Kpy", "Cpy"} & set(self.free))
 
-    def least(self, device: PortHamiltonian, values: Mapping[str, float]) -> Real:
+    def least(self, device: Any, values: Mapping[str, float]) -> Real:
         """The least damping ratio at each of the speeds."""
-        poles = np.linalg.eigvals(self._closed(device, values))
+        poles = np.linalg.eigvals(self._closed(self._secondary(device, values), values))
         size = np.abs(poles)
         return np.asarray((-poles.real / np.where(size > 0, size, 1.0)).min(axis=1))
 
     def ratios_and_slopes(
-        self, chart: Chart, theta: Real, values: Mapping[str, float]
+        self, chart: Coordinates, theta: Real, values: Mapping[str, float]
     ) -> tuple[Real, Real, Mapping[str, Real]]:
         """ζ (M,) of the watched modes of all speeds, ∂ζ/∂θ (size, M), and ∂ζ/∂ of each free vehicle parameter (M,)."""
         device = chart.device(theta)
-        ratio, pole, u, x, plants = self._modes(device, values)
-        n0, n, omega = len(self.plants[0].A), chart.order, self.scale.omega
+        form = self._secondary(device, values)
+        ratio, pole, u, x, plants = self._modes(form, values)
+        n0, omega = len(self.plants[0].A), self.scale.omega
         # with an inerter the states' derivatives answer to it: uᴴ(I − b Bf Cv)⁻¹ stands for uᴴ
-        t = np.array([self._answer(plant, device, row[:n0]) for plant, row in zip(plants, u, strict=True)])
+        t = np.array([self._answer(plant, form.b, row[:n0]) for plant, row in zip(plants, u, strict=True)])
         v = np.array([plant.Cv @ row[:n0] for plant, row in zip(plants, x, strict=True)])
-        inside = slice(n0, n0 + n)
+        inside = slice(n0, n0 + form.order)
         xi = np.vstack([x[:, inside].T, v[None, :, 0]])
         eta = np.vstack([-omega * u[:, inside].T, self.scale.damper * t[None, :, 0]])
-        slope = chart.slopes(theta, device.L, pole / omega, xi, eta)
+        slope = chart.mode_slopes(theta, device, pole / omega, xi, eta)
         by_theta = _ratio_slope(pole, slope)
         moves = {"Ksy": t[:, 0] * v[:, 0] / pole}
         if self._opened:
@@ -98,9 +107,9 @@ class Damping:
         return ratio, by_theta, {name: _ratio_slope(pole, moves[name]) for name in self.free}
 
     def _modes(
-        self, device: PortHamiltonian, values: Mapping[str, float]
+        self, form: StateSpace, values: Mapping[str, float]
     ) -> tuple[Real, Complex, Complex, Complex, list[Plant]]:
-        A = self._closed(device, values)
+        A = self._closed(form, values)
         poles, right = np.linalg.eig(A)
         left = np.linalg.inv(right)  # rows: uᴴ with uᴴx = 1
         size = np.abs(poles)
@@ -116,11 +125,9 @@ class Damping:
             watched,
         )
 
-    def _closed(self, device: PortHamiltonian, values: Mapping[str, float]) -> Real:
+    def _closed(self, form: StateSpace, values: Mapping[str, float]) -> Real:
         """A of the closed vehicle at every speed: :func:`posreal.vehicle.close` for all of them at once."""
-        own = {name: float(getattr(self.vehicle, name)) for name in ("Ksy", "Kpy", "Cpy")}
-        all_values = {**own, **values}
-        form = self._secondary(device, all_values["Ksy"])
+        all_values = self._all(values)
         plant, A, n, m = self.plants[0], self._open, len(self.plants[0].A), len(form.A)
         Bf, Cd, Cv = plant.Bf, plant.Cd, plant.Cv  # the speed is in A alone
         k, D, b = (np.full(len(Cv), other) for other in (all_values["Kpy"], all_values["Cpy"], 0.0))
@@ -137,21 +144,25 @@ class Damping:
         closed[:, n:, n:] = form.A
         return closed
 
-    def _secondary(self, device: PortHamiltonian, Ksy: float) -> StateSpace:
-        """The device in SI units, with the static spring beside it."""
+    def _all(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The vehicle parameters that a problem may free, its own where they are not."""
+        return {name: float(getattr(self.vehicle, name)) for name in ("Ksy", "Kpy", "Cpy")} | dict(values)
+
+    def _secondary(self, device: Any, values: Mapping[str, float]) -> StateSpace:
+        """What is in the secondary port in SI units: the device with the static spring beside it, or the strut."""
         form, omega, c0 = device.state_space(), self.scale.omega, self.scale.damper
         return StateSpace(
             omega * form.A,
             omega * form.B,
             c0 * form.C,
             c0 * form.D,
-            c0 * omega * form.k + Ksy,
+            c0 * omega * form.k + (0.0 if self.scale.whole else self._all(values)["Ksy"]),
             c0 * form.b / omega,
         )
 
-    def _answer(self, plant: Plant, device: PortHamiltonian, u: Complex) -> Complex:
+    def _answer(self, plant: Plant, inertance: float, u: Complex) -> Complex:
         b = np.zeros(len(plant.groups))
-        b[0] = self.scale.damper * device.b / self.scale.omega
+        b[0] = inertance
         return np.linalg.solve(np.eye(len(b)) - (plant.Cv @ plant.Bf).T * b, u @ plant.Bf)
 
 

@@ -24,8 +24,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
-from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
 from posreal.vehicle import PortResponses
 
@@ -48,7 +49,7 @@ class Slopes:
 class Figure(Protocol):
     """One or more numbers that depend on the device and on the free vehicle parameters."""
 
-    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
 
     def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
@@ -60,7 +61,8 @@ class Inside:
     """What the ports hold on a grid: the device in its mounting, and the vehicle parameters that are free.
 
     With H the scaled device (:class:`Scale`), the secondary port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0)
-    behind a bush kb; a free Ksy stands in Y_beside, and free Kpy, Cpy make the primary ports hold Kpy/s + Cpy.
+    behind a bush kb; a free Ksy stands in Y_beside, and free Kpy, Cpy make the primary ports hold Kpy/s + Cpy. A whole
+    strut brings its own spring and bush: beside it stands an airspring or nothing.
     """
 
     problem: Problem
@@ -77,15 +79,19 @@ class Inside:
         """The free parameters at the vehicle's own values."""
         return {name: float(getattr(self.problem.vehicle, name)) for name in self.names}
 
+    @property
+    def _mounting(self) -> Mounting:
+        return self.problem.layout_mounting if self.scale.whole else self.problem.mounting
+
     @cached_property
     def _beside(self) -> Complex:
-        beside = self.problem.mounting.beside
+        beside = self._mounting.beside
         return np.zeros_like(self.s) if beside is None else np.asarray(beside(self.s))
 
     @cached_property
     def _give(self) -> Complex:
         """Mobility of the bush."""
-        behind = self.problem.mounting.behind
+        behind = self._mounting.behind
         return np.zeros_like(self.s) if behind is None else 1 / np.asarray(behind(self.s))
 
     def ports(self, H: Complex, parameters: Mapping[str, float] | None = None) -> tuple[dict[str, Complex], Complex]:
@@ -134,16 +140,23 @@ class RootMeanSquare:
 
 @dataclass(frozen=True)
 class LargestGain:
-    """The largest local maxima of unit·|z| on a grid of frequencies."""
+    """The largest local maxima of |z| on a grid of frequencies, of the norm of z where several processes drive it.
 
-    unit: float
+    Attributes
+    ----------
+    processes : int
+        z has all of the grid for each in turn.
+    """
+
+    processes: int = 1
 
     def __call__(self, z: Complex) -> tuple[Real, Complex]:
-        size = np.abs(z)
+        each = z.reshape(self.processes, -1)
+        size = np.linalg.norm(each, axis=0)
         at = _largest(size)
-        a = np.zeros((len(at), len(z)), dtype=complex)
-        a[np.arange(len(at)), at] = self.unit * z[at].conj() / np.maximum(size[at], 1e-300)
-        return self.unit * size[at], a
+        a = np.zeros((len(at), *each.shape), dtype=complex)
+        a[np.arange(len(at)), :, at] = (each[:, at].conj() / np.maximum(size[at], 1e-300)).T
+        return size[at], a.reshape(len(at), -1)
 
 
 @dataclass(frozen=True)
@@ -233,13 +246,13 @@ class PortFigure:
         z, _ = self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])
         return self.gain * self.functional(z)[0]
 
-    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
         H, dH = chart.values_and_slopes(theta, self.s)
         Y, inner = self.inside.ports(H, parameters)
         z, dz = self.port.closed(Y)
         F, a = self.functional(z)
-        slopes = {group: self.gain * a * slope for group, slope in dz.items()}
+        slopes = {group: self.gain * self.port.over_grid(a * slope) for group, slope in dz.items()}
         g = slopes["secondary"] * inner
         by_theta = dH.real @ g.real.T - dH.imag @ g.imag.T
         return Slopes(self.gain * F, by_theta, self.inside.by_parameter(slopes))
@@ -256,7 +269,7 @@ class Sum:
         found = [weight * part.values(device, parameters) for weight, part in self.parts]
         return np.asarray(found[0] + sum(other[0] for other in found[1:]))
 
-    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
         found = [(w, part.slopes(chart, theta, parameters)) for w, part in self.parts]
         w, first = found[0]

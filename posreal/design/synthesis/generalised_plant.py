@@ -1,12 +1,13 @@
 """The vehicle as the matrix inequalities see it: everything but the device, scaled, delays by Padé, reduced.
 
-    ẋ = A x + Bw w + Bu u,   z = Cz x + Dzu u,   y = Cy x,   u = H y at every port
+    ẋ = A x + Bw w + Bu u,   z = Cz x + Dzw w + Dzu u,   y = Cy x = ḋ,   d = Cd x,   u = H y at every port
 
-The static spring or airspring beside the device is part of A. Where a bush of stiffness kb stands behind the device,
-the bush's deflection e is a state, ė = v − u, and the device answers the bush force y = kb e with a velocity u: H is
-then its *impedance*; otherwise y = v, u = f and H is its admittance. Either is positive real if the other is.
+The static spring or airspring beside the device is part of A, an inerter beside it part of the masses. Where a bush
+of stiffness kb stands behind the device, the bush's deflection e is a state, ė = v − u, and the device answers the bush
+force y = kb e with a velocity u: H is then its *impedance*; otherwise y = v, u = f and H is its admittance. Either is
+positive real if the other is.
 
-Time is in 1/ω0 and the device in c0 (:class:`Scale`); w and z are such that the figure J is the H2 norm of w → z.
+Time is in 1/ω0 and the device in c0 (:class:`Scale`); w and z are such that the figure is the norm of w → z.
 Delays are chains of Padé all-passes, each wheel's signal that of the one before, later. What the criterion cannot
 feel (the bogies' pitch, most of a long chain) goes by balanced truncation with the damper c0 in place [Moore1981].
 
@@ -17,10 +18,11 @@ reduction, IEEE Transactions on Automatic Control 26 (1981) 17–32.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov, svd
+from scipy.linalg import block_diag, solve_continuous_lyapunov, svd
 
 from posreal.admittance import Rational, state_space
 from posreal.design.mounting import Mounting
@@ -28,9 +30,22 @@ from posreal.design.problem import Problem
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
 from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
-from posreal.vehicle.plant import Plant
+from posreal.vehicle.plant import Plant, channels
 
 Real = np.ndarray
+
+RAIL_BAND = 15.0  # rad/s, up to which Padé delays keep their phase on a rail vehicle
+BAND = 4.0  # the same on a plant of the user's own, in units of ω0
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A closed vehicle ẋ = A x + B w, z = C x + D w; leading axes broadcast."""
+
+    A: Real
+    B: Real
+    C: Real
+    D: Real
 
 
 @dataclass(frozen=True)
@@ -41,21 +56,40 @@ class GeneralisedPlant:
     Bw: Real
     Bu: Real
     Cz: Real
+    Dzw: Real
     Dzu: Real
     Cy: Real
+    Cd: Real
 
-    def closed(self, Ak: Real, Bk: Real, Ck: Real, Dk: Real) -> tuple[Real, Real]:
-        """Acl and Ccl with the device in every port, affine in the device; leading axes broadcast.
+    def closed(self, Ak: Real, Bk: Real, Ck: Real, Dk: Real, k: Real | float = 0.0) -> Loop:
+        """The loop with the device and a spring k in every port, affine in both; leading axes broadcast.
 
-            Acl = [[A + Bu D Cy, Bu C], [B Cy, A_k]],   Ccl = [Cz + Dzu D Cy, Dzu C]
+            A = [[A + Bu (D Cy + k Cd), Bu C], [B Cy, A_k]],   C = [Cz + Dzu (D Cy + k Cd), Dzu C]
 
         with A_k, B, C, D the device's matrices repeated block-diagonally, one copy a port.
         """
         a, b, c, d = (_repeated(part, self.Bu.shape[1]) for part in (Ak, Bk, Ck, Dk))
-        upper = np.concatenate([self.A + self.Bu @ d @ self.Cy, self.Bu @ c], axis=-1)
+        direct = d @ self.Cy + k * self.Cd
+        upper = np.concatenate([self.A + self.Bu @ direct, self.Bu @ c], axis=-1)
         lower = np.concatenate([b @ self.Cy, a], axis=-1)
-        Ccl = np.concatenate([self.Cz + self.Dzu @ d @ self.Cy, self.Dzu @ c], axis=-1)
-        return np.concatenate([upper, lower], axis=-2), Ccl
+        C = np.concatenate([self.Cz + self.Dzu @ direct, self.Dzu @ c], axis=-1)
+        B = np.vstack([self.Bw, np.zeros((a.shape[-1], self.Bw.shape[1]))])
+        return Loop(np.concatenate([upper, lower], axis=-2), B, C, self.Dzw)
+
+    def with_inerter(self, b: float) -> GeneralisedPlant:
+        """The plant with an inerter beside the device at every port: b ẏ acts there besides u."""
+        jerk = b * np.linalg.inv(np.eye(len(self.Cy)) - b * self.Cy @ self.Bu)
+        of_x, of_w, of_u = jerk @ self.Cy @ self.A, jerk @ self.Cy @ self.Bw, jerk @ self.Cy @ self.Bu
+        return GeneralisedPlant(
+            self.A + self.Bu @ of_x,
+            self.Bw + self.Bu @ of_w,
+            self.Bu + self.Bu @ of_u,
+            self.Cz + self.Dzu @ of_x,
+            self.Dzw + self.Dzu @ of_w,
+            self.Dzu + self.Dzu @ of_u,
+            self.Cy,
+            self.Cd,
+        )
 
     def driven_by(self, A: Real, B: Real, C: Real, D: Real) -> GeneralisedPlant:
         """The same plant with w = filter of a new disturbance; the filter's states come last."""
@@ -65,12 +99,14 @@ class GeneralisedPlant:
             np.block([[self.A, self.Bw @ C], [zero((n, len(self.A))), A]]),
             np.vstack([self.Bw @ D, B]),
             np.vstack([self.Bu, zero((n, self.Bu.shape[1]))]),
-            np.hstack([self.Cz, zero((len(self.Cz), n))]),
+            np.hstack([self.Cz, self.Dzw @ C]),
+            self.Dzw @ D,
             self.Dzu,
             np.hstack([self.Cy, zero((len(self.Cy), n))]),
+            np.hstack([self.Cd, zero((len(self.Cd), n))]),
         )
 
-    def scaled(self, scale: Scale, gain: float) -> GeneralisedPlant:
+    def scaled(self, scale: Scale, gain: Real | float) -> GeneralisedPlant:
         """In units of time 1/ω0 and device c0, with z multiplied by `gain`."""
         device = 1 / scale.damper if scale.impedance else scale.damper
         omega = scale.omega
@@ -78,10 +114,16 @@ class GeneralisedPlant:
             self.A / omega,
             self.Bw / omega,
             self.Bu * device / omega,
-            self.Cz * gain,
-            self.Dzu * device * gain,
+            self.Cz,
+            self.Dzw,
+            self.Dzu * device,
             self.Cy,
-        )
+            self.Cd * omega,
+        ).amplified(gain)
+
+    def amplified(self, gain: Real | float) -> GeneralisedPlant:
+        """With z multiplied by `gain`, a number or one for each row (q, 1)."""
+        return replace(self, Cz=self.Cz * gain, Dzw=self.Dzw * gain, Dzu=self.Dzu * gain)
 
     def reduced(self, tolerance: float) -> GeneralisedPlant:
         """Balanced truncation of (w, u) → (z, y), closed by u = y and opened again afterwards.
@@ -107,73 +149,109 @@ class GeneralisedPlant:
         right = reach @ (Vt[kept].T / root)
         Bu, Cy = left @ self.Bu, self.Cy @ right
         return GeneralisedPlant(
-            left @ A @ right - Bu @ Cy, left @ self.Bw, Bu, Cz @ right - self.Dzu @ Cy, self.Dzu, Cy
+            left @ A @ right - Bu @ Cy,
+            left @ self.Bw,
+            Bu,
+            Cz @ right - self.Dzu @ Cy,
+            self.Dzw,
+            self.Dzu,
+            Cy,
+            self.Cd @ right,
         )
 
 
 def generalised_plant(
-    problem: Problem, scale: Scale, *, band: float = 15.0, tolerance: float = 1e-5
+    problem: Problem, scale: Scale, metric: str | None = None, *, tolerance: float = 1e-5
 ) -> GeneralisedPlant:
-    """The generalised plant of a problem's mean-square objective.
+    """The generalised plant of one figure of a problem, as a norm of w → z.
 
     Parameters
     ----------
     problem : Problem
     scale : Scale
-    band : float
-        Frequency, rad/s, up to which the Padé delays keep their phase.
+    metric : str, optional
+        A root mean square (the H2 norm) or ``gain_OUTPUT`` (the H∞ norm); the objective by default.
     tolerance : float
         Of the balanced truncation.
+
+    Raises
+    ------
+    BadInput
+        If the metric is no norm.
     """
-    plant, output, unit = _performance(problem)
-    opened = mounted(plant, plant.output(output), problem.mounting)
-    opened = opened.driven_by(*delay_chain(plant.delays, band))
+    goal = problem.goal if metric in (None, problem.base_objective) else None
+    parts = ((metric or problem.base_objective, 1.0),) if goal is None or goal.kind != "norm" else goal.parts
+    plant, outputs = _performance(problem, [name for name, _ in parts])
+    rows = [plant.output(output) for output, _ in outputs]
+    size = np.array([weight * unit for (_, weight), (_, unit) in zip(parts, outputs, strict=True)])
+    opened = mounted(plant, rows, problem.mounting)
+    band = BAND * scale.omega if isinstance(problem.vehicle, UserPlant) else RAIL_BAND
+    opened = opened.driven_by(*delay_chains(plant, band))
     if plant.shaping is not None:
         H = plant.shaping
         opened = opened.driven_by(H.A, H.B, H.C, H.D)
-    gain = unit * math.sqrt(math.pi * plant.density * scale.omega)
-    return opened.scaled(scale, gain).reduced(tolerance)
+    if not parts[0][0].startswith("gain_"):
+        density = np.diag(np.sqrt(math.pi * scale.omega * plant.density * np.array(plant.shares)))
+        opened = replace(opened, Bw=opened.Bw @ density, Dzw=opened.Dzw @ density)
+    return opened.scaled(scale, size[:, None]).reduced(tolerance)
 
 
 def damped_plant(vehicle: PlanView, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6) -> GeneralisedPlant:
     """The vehicle at its speed without track filter and delays, for the damping of its poles."""
-    opened = mounted(vehicle.random_track(), 0, mounting)
+    opened = mounted(vehicle.random_track(), [0], mounting)
     return opened.scaled(scale, 1.0).reduced(tolerance)
 
 
-def mounted(plant: Plant, output: int, mounting: Mounting) -> GeneralisedPlant:
+def mounted(plant: Plant, outputs: Sequence[int], mounting: Mounting) -> GeneralisedPlant:
     """The vehicle in SI units with what stands beside and behind the device as part of it."""
     p, n = plant.Cv.shape
-    beside = state_space(Rational.zero() if mounting.beside is None else mounting.beside)
-    m = beside.order
-    # force of what stands beside: k d + C ξ + D v with one copy of ξ a port
-    direct = beside.k * plant.Cd + beside.D[0, 0] * plant.Cv
-    inner = np.kron(np.eye(p), beside.C)
-    Dzf = plant.Dzf[output : output + 1]
-    A = np.block(
-        [
-            [plant.A + plant.Bf @ direct, plant.Bf @ inner],
-            [np.kron(np.eye(p), beside.B) @ plant.Cv, np.kron(np.eye(p), beside.A)],
-        ]
-    )
-    Bw = np.vstack([plant.Bw, np.zeros((p * m, plant.Bw.shape[1]))])
-    Bf = np.vstack([plant.Bf, np.zeros((p * m, p))])
-    Cz = np.hstack([plant.Cz[output : output + 1] + Dzf @ direct, Dzf @ inner])
-    Cv = np.hstack([plant.Cv, np.zeros((p, p * m))])
+    Cz, Dzw, Dzf = plant.Cz[outputs], plant.Dzw[outputs], plant.Dzf[outputs]
+    opened = GeneralisedPlant(plant.A, plant.Bw, plant.Bf, Cz, Dzw, Dzf, plant.Cv, plant.Cd)
+    if mounting.beside is not None:
+        beside = state_space(mounting.beside)
+        loop = opened.with_inerter(beside.b).closed(beside.A, beside.B, beside.C, beside.D, beside.k)
+        opened = _reopened(opened.with_inerter(beside.b), loop)
     if mounting.behind is None:
-        return GeneralisedPlant(A, Bw, Bf, Cz, Dzf, Cv)
+        return opened
     bush = mounting.behind
     if bush != Rational.spring(bush.static_stiffness):
         raise BadInput("the matrix inequalities take a spring behind the device and nothing else; use method='ph'")
-    k, n = float(bush.static_stiffness), len(A)
+    k, n = float(bush.static_stiffness), len(opened.A)
     return GeneralisedPlant(
-        np.block([[A, k * Bf], [Cv, np.zeros((p, p))]]),
-        np.vstack([Bw, np.zeros((p, Bw.shape[1]))]),
+        np.block([[opened.A, k * opened.Bu], [opened.Cy, np.zeros((p, p))]]),
+        np.vstack([opened.Bw, np.zeros((p, opened.Bw.shape[1]))]),
         np.vstack([np.zeros((n, p)), -np.eye(p)]),
-        np.hstack([Cz, k * Dzf]),
-        np.zeros((1, p)),
+        np.hstack([opened.Cz, k * opened.Dzu]),
+        opened.Dzw,
+        np.zeros((len(outputs), p)),
         np.hstack([np.zeros((p, n)), k * np.eye(p)]),
+        np.zeros((p, n + p)),  # nothing stands beside a device behind its bush
     )
+
+
+def _reopened(plant: GeneralisedPlant, loop: Loop) -> GeneralisedPlant:
+    """A plant whose ports are closed by what stands beside the device, open for the device."""
+    p, more = len(plant.Cy), len(loop.A) - len(plant.A)
+    return GeneralisedPlant(
+        loop.A,
+        loop.B,
+        np.vstack([plant.Bu, np.zeros((more, p))]),
+        loop.C,
+        loop.D,
+        plant.Dzu,
+        np.hstack([plant.Cy, np.zeros((p, more))]),
+        np.hstack([plant.Cd, np.zeros((p, more))]),
+    )
+
+
+def delay_chains(plant: Plant, band: float) -> tuple[Real, Real, Real, Real]:
+    """Processes ↦ channels as a state space, a chain for each process; see :func:`delay_chain`."""
+    driven = channels(plant)
+    chains = [delay_chain(plant.delays[late], band) for late in driven]
+    A, B = block_diag(*(chain[0] for chain in chains)), block_diag(*(chain[1] for chain in chains))
+    C, D = block_diag(*(chain[2] for chain in chains)), block_diag(*(chain[3] for chain in chains))
+    order = np.argsort(np.concatenate(driven))
+    return A, B, C[order], D[order]
 
 
 def delay_chain(delays: Real, band: float) -> tuple[Real, Real, Real, Real]:
@@ -220,18 +298,29 @@ def _pade(delay: float, band: float) -> tuple[Real, Real, Real, Real]:
     return A, B, C, D
 
 
-def _performance(problem: Problem) -> tuple[Plant, str, float]:
-    """The plant, the output and the unit of the objective: J = unit · r.m.s. of the output."""
+def _performance(problem: Problem, metrics: Sequence[str]) -> tuple[Plant, list[tuple[str, float]]]:
+    """The plant, and for each metric the output and the unit: so many root mean squares, or largest gains, of it."""
+    known: dict[str, tuple[str, float]] = {}
+    gains = {f"gain_{output}": (output, 1.0) for output in problem.plant.outputs}
     match problem.vehicle:
-        case PlanView() as plan if problem.objective in ("Macc", "J1y"):
-            return plan.random_track(), "body_acceleration", 1.0
-        case SideView() as side if problem.objective.startswith("J1z_"):
-            return side.track(), f"acceleration_{problem.objective[-1]}", 100 / side.g
-        case QuarterCar() as quarter:
-            return quarter.road(), "acceleration" if problem.objective == "J1" else "tyre_force", 1.0
-        case UserPlant() as own if problem.objective.startswith("rms_"):
-            return own.plant, problem.objective.removeprefix("rms_"), 1.0
-    raise BadInput(f"{problem.objective} is not a mean-square figure, and the H2 inequality is about nothing else")
+        case PlanView():
+            known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
+        case SideView() as side:
+            rides = {f"J1z_{point}": (f"acceleration_{point}", 100 / side.g) for point in "LMT"}
+            known = rides | {f"{name}_whole": ride for name, ride in rides.items()}
+            known |= {f"deflection_rms_{end}": (f"deflection_{end}", 1e3) for end in ("front", "rear")}
+        case QuarterCar():
+            known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)} | gains
+        case UserPlant() as own:
+            known = {f"rms_{output}": (output, 1.0) for output in own.plant.outputs} | gains
+    for metric in metrics:
+        if metric not in known:
+            peak = " (a peak in time)" if metric.startswith(("max_", "deflection_")) else ""
+            raise BadInput(
+                f"{metric}{peak} is neither a root mean square nor a largest gain, and the H2 and H∞ inequalities are "
+                "about nothing else; use method='auto'"
+            )
+    return problem.plant, [known[metric] for metric in metrics]
 
 
 def _repeated(block: Real, copies: int) -> Real:

@@ -1,11 +1,12 @@
 """The matrix inequalities of positive-real synthesis [PS2006], each written once, as a matrix that must be ⪰ 0.
 
-    H2        −[[AᵀX + XA, Cᵀ], [C, −I]] ⪰ 0,   minimise trace BᵀXB          (A, C: closed loop)
-    PR        −[[AᵀP + PA, PB − Cᵀ], [BᵀP − C, −D − Dᵀ]] ⪰ 0                (A, B, C, D: device)
+    H2        −[[AᵀX + XA, Cᵀ], [C, −I]] ⪰ 0,   ‖·‖² ≤ trace BᵀXB           (A, B, C, D: closed loop)
+    H∞        −[[AᵀX + XA, XB, Cᵀ], [BᵀX, −γI, Dᵀ], [C, D, −γI]] ⪰ 0,   ‖·‖ ≤ γ
     sector    −[[sin θ (AᵀX + XA), cos θ (AᵀX − XA)], [·, sin θ (AᵀX + XA)]] ⪰ 0,   damping ratio ≥ cos θ
+    PR        −[[AᵀP + PA, PB − Cᵀ], [BᵀP − C, −D − Dᵀ]] ⪰ 0                (A, B, C, D: device)
 
-X enters only through the product M = XA, so a block is affine in the unknowns once M is: see :func:`linearised`.
-Leading axes broadcast.
+X ≻ 0 enters only through the products XA and XB, so a block is affine in the unknowns once they are: see
+:func:`linearised`. Leading axes broadcast.
 
 [ChilaliGahinet1996] M. Chilali, P. Gahinet, H∞ design with pole placement constraints: an LMI approach, IEEE
 Transactions on Automatic Control 41 (1996) 358–367.
@@ -23,9 +24,14 @@ Real = np.ndarray
 
 
 def h2(M: Real, C: Real) -> Real:
-    """−[[M + Mᵀ, Cᵀ], [C, −I]] with M = XA, one row in C: the observability Gramian inequality."""
-    one = np.ones((*C.shape[:-2], 1, 1))
-    return -_blocks([[M + _T(M), _T(C)], [C, -one]])
+    """−[[M + Mᵀ, Cᵀ], [C, −I]] with M = XA: the observability Gramian inequality."""
+    return -_blocks([[M + _T(M), _T(C)], [C, -np.eye(C.shape[-2])]])
+
+
+def bounded_real(M: Real, N: Real, C: Real, D: Real, gamma: Real) -> Real:
+    """−[[M + Mᵀ, N, Cᵀ], [Nᵀ, −γI, Dᵀ], [C, D, −γI]] with M = XA, N = XB: the bounded-real lemma."""
+    inputs, outputs = np.eye(N.shape[-1]), np.eye(C.shape[-2])
+    return -_blocks([[M + _T(M), N, _T(C)], [_T(N), -gamma * inputs, _T(D)], [C, D, -gamma * outputs]])
 
 
 def positive_real(A: Real, B: Real, C: Real, D: Real, P: Real | None = None) -> Real:
@@ -44,7 +50,7 @@ def sector(M: Real, damping: float) -> Real:
 
 
 def linearised(X: Real, A: Real, X0: Real, A0: Real) -> Real:
-    """XA ≈ X0 A + X A0 − X0 A0: the product at (X0, A0) to first order."""
+    """XA ≈ X0 A + X A0 − X0 A0: the product at (X0, A0) to first order, A any matrix."""
     return X0 @ A + (X - X0) @ A0
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from posreal.admittance import PortHamiltonian, state_space
+from posreal.design.constraint import ROUNDING
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.constrained import AtMost, Damped, Requirement, finish_constrained
@@ -29,7 +30,6 @@ from posreal.vehicle import PlanView, UserPlant, close
 Real = np.ndarray
 Complex = np.ndarray
 
-ROUNDING = 1e-9  # relative miss of a limit that is none
 ROUNDS = 4  # local searches in a row, each with the speeds added at which the one before lost its damping
 ADDED = 3  # speeds a round
 NEAR = 1e-3  # of damping ratio: a candidate that misses by more is not worth another round
@@ -45,20 +45,23 @@ class Judge:
     scale : Scale
     shrunk : mapping of metric to float
         Factors on the limits, where a metric's own quadrature and the search's differ.
+    panels : int
+        A decade, of the grid of a mean-square objective.
     """
 
     problem: Problem
     scale: Scale
     shrunk: Mapping[str, float] = field(default_factory=dict)
+    panels: int = 12
 
     @cached_property
-    def smooth(self) -> Criterion | None:
-        """The objective where it is one mean-square figure of one vehicle."""
+    def mean_square(self) -> Criterion | None:
+        """The objective where it is one mean square of one vehicle."""
         problem = self.problem
-        made = problem.goal is not None or problem.points
+        made = (problem.goal is not None and problem.goal.kind != "norm") or problem.points
         if made or problem.objective == "max_yv" or problem.objective.startswith("gain_"):
             return None
-        return Criterion(problem, self.scale)
+        return Criterion(problem, self.scale, self.panels)
 
     @cached_property
     def objective(self) -> tuple[Figure, ...]:
@@ -74,34 +77,32 @@ class Judge:
     def limits(self) -> tuple[AtMost, ...]:
         """Figures with upper limits."""
         return tuple(
-            AtMost(c.metric, figure_of(self.problem, c.metric, self.scale), c.value * self.shrunk.get(c.metric, 1.0))
+            AtMost(
+                c.metric,
+                figure_of(self._at(c.point), c.base, self.scale),
+                c.value * self.shrunk.get(c.metric, 1.0),
+            )
             for c in self.problem.constraints
             if c.sense == "<="
         )
 
-    @cached_property
-    def least_damping(self) -> float | None:
-        """Least damping ratio of the vehicle, where the problem has one."""
-        limits = {c.metric: c.value for c in self.problem.constraints}
-        return limits["Ldmp"] / 100 if "Ldmp" in limits else None
-
-    def damping(self, speeds: Sequence[float]) -> Damping:
-        """Damping at some speeds."""
-        assert isinstance(self.problem.vehicle, PlanView)
-        return Damping(self.problem.vehicle, self.scale, tuple(self.problem.free), tuple(speeds))
+    def _at(self, point: str) -> Problem:
+        return self.problem.at_points[point] if point else self.problem
 
     @cached_property
-    def _everywhere(self) -> Damping:
-        return self.damping(ALL_SPEEDS)
-
-    @cached_property
-    def _watched(self) -> Damping:
-        return self.damping(SEARCH_SPEEDS)
+    def floors(self) -> tuple[Floor, ...]:
+        """Damping ratios to be kept, the nominal vehicle's first."""
+        found = []
+        for c in self.problem.constraints:
+            vehicle = self._at(c.point).vehicle
+            if c.base == "Ldmp" and isinstance(vehicle, PlanView):
+                found.append(Floor(vehicle, c.value / 100, self.scale, tuple(self.problem.free)))
+        return tuple(found)
 
     @property
     def constrained(self) -> bool:
         """Whether local searches need more than an unconstrained quasi-Newton method."""
-        return bool(self.problem.constraints or self.problem.free) or self.smooth is None
+        return bool(self.problem.constraints or self.problem.free) or self.mean_square is None
 
     # --- measuring -----------------------------------------------------------------------------------------------
 
@@ -111,8 +112,8 @@ class Judge:
 
     def value_of(self, H: Callable[[Complex], Any], parameters: Mapping[str, float]) -> float:
         """The objective of any scaled device."""
-        if self.smooth is not None:
-            return self.smooth.value_and_slope(np.asarray(H(self.smooth.s)), parameters)[0]
+        if self.mean_square is not None:
+            return self.mean_square.value_and_slope(np.asarray(H(self.mean_square.s)), parameters)[0]
         return max(float(figure.values(H, parameters).max()) for figure in self.objective)
 
     def feasible(self, candidate: Candidate) -> bool:
@@ -123,15 +124,15 @@ class Judge:
         for limit in self.limits:
             if not limit.figure.values(candidate.device, candidate.parameters).max() <= limit.limit * (1 + ROUNDING):
                 return False
-        if self.least_damping is not None:
-            least = self._watched.least(candidate.device, candidate.parameters).min()
-            return bool(least >= self.least_damping * (1 - ROUNDING)) and not self._missed(candidate)[0]
+        if self.floors:
+            return all(floor.spare(candidate) >= -ROUNDING * floor.ratio for floor in self.floors) and not any(
+                floor.missed(candidate)[0] for floor in self.floors
+            )
         return self._stable(candidate)
 
     def spare(self, candidate: Candidate) -> float:
         """By how much the least damping ratio at the watched speeds is above its limit."""
-        assert self.least_damping is not None
-        return float(self._watched.least(candidate.device, candidate.parameters).min()) - self.least_damping
+        return min(floor.spare(candidate) for floor in self.floors)
 
     def measure(self, candidate: Candidate) -> float:
         """The objective; inf where something is not kept."""
@@ -140,14 +141,6 @@ class Judge:
             return value if math.isfinite(value) and self.feasible(candidate) else math.inf
         except np.linalg.LinAlgError:
             return math.inf
-
-    def _missed(self, candidate: Candidate) -> tuple[list[float], float]:
-        """Speeds with too little damping, the worst first, and by how much of damping ratio it misses there."""
-        assert self.least_damping is not None
-        least = self._everywhere.least(candidate.device, candidate.parameters)
-        order = np.argsort(least)
-        missed = [ALL_SPEEDS[i] for i in order if least[i] < self.least_damping * (1 - ROUNDING)]
-        return missed, self.least_damping - float(least.min())
 
     def _stable(self, candidate: Candidate) -> bool:
         """Passive vehicles are stable with passive devices; a plant of the user's own may be anything."""
@@ -173,40 +166,78 @@ class Judge:
         # What a wild iterate does to floats is no news: whatever comes out is measured before it is taken.
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if self.smooth is not None and not self.constrained:
-                candidate = finish(self.smooth, chart, start, iterations=iterations, tolerance=tolerance)
+            if self.mean_square is not None and not self.constrained:
+                candidate = finish(self.mean_square, chart, start, iterations=iterations, tolerance=tolerance)
                 return self.measure(candidate), candidate
             return self._improved_inside(chart, start, iterations, tolerance)
 
     def _improved_inside(
         self, chart: Chart, start: Candidate, iterations: int, tolerance: float
     ) -> tuple[float, Candidate]:
-        speeds = list(SEARCH_SPEEDS)
+        speeds = [list(SEARCH_SPEEDS) for _ in self.floors]
         best = (self.measure(start), start)
         for _ in range(ROUNDS):
             requirements: list[Requirement] = [*self.limits]
-            if self.least_damping is not None:
-                requirements.append(Damped(self.damping(speeds), self.least_damping))
-            found = finish_constrained(
+            requirements += [Damped(f.damping(at), f.ratio) for f, at in zip(self.floors, speeds, strict=True)]
+            ends = finish_constrained(
                 self.objective,
                 requirements,
                 self.problem.free,
                 chart,
-                start,
+                chart.vector(start.device),
+                start.parameters,
                 iterations=iterations,
                 tolerance=tolerance / 10,
             )
+            found = [Candidate(chart.device(theta), parameters) for theta, parameters in ends]
             measured = [(self.measure(candidate), candidate) for candidate in found]
             best = min([best, *measured], key=lambda entry: entry[0])
-            if not found or self.least_damping is None or math.isfinite(measured[0][0]):
+            if not found or not self.floors or math.isfinite(measured[0][0]):
                 break
-            missed, short = self._missed(found[0])
-            missed = [speed for speed in missed if speed not in speeds]
-            if not missed or short > NEAR:
+            fresh = False
+            for floor, at in zip(self.floors, speeds, strict=True):
+                missed, short = floor.missed(found[0])
+                if short > NEAR:
+                    return best
+                missed = [speed for speed in missed if speed not in at]
+                at += missed[:ADDED]
+                fresh = fresh or bool(missed)
+            if not fresh:
                 break
-            speeds += missed[:ADDED]
             start = found[0]
         return best
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A damping ratio that the vehicle of one operating point keeps at every speed."""
+
+    vehicle: PlanView
+    ratio: float
+    scale: Scale
+    free: tuple[str, ...]
+
+    def damping(self, speeds: Sequence[float]) -> Damping:
+        """Damping at some speeds."""
+        return Damping(self.vehicle, self.scale, self.free, tuple(speeds))
+
+    @cached_property
+    def _everywhere(self) -> Damping:
+        return self.damping(ALL_SPEEDS)
+
+    @cached_property
+    def _watched(self) -> Damping:
+        return self.damping(SEARCH_SPEEDS)
+
+    def spare(self, candidate: Candidate) -> float:
+        """By how much the least damping ratio at the watched speeds is above the floor."""
+        return float(self._watched.least(candidate.device, candidate.parameters).min()) - self.ratio
+
+    def missed(self, candidate: Candidate) -> tuple[list[float], float]:
+        """Speeds with too little damping, the worst first, and by how much of damping ratio it misses there."""
+        least = self._everywhere.least(candidate.device, candidate.parameters)
+        missed = [ALL_SPEEDS[i] for i in np.argsort(least) if least[i] < self.ratio * (1 - ROUNDING)]
+        return missed, self.ratio - float(least.min())
 
 
 def damper(value: float) -> PortHamiltonian:

@@ -14,7 +14,7 @@ import numpy as np
 
 from posreal.design.objective import mean_square
 from posreal.design.problem import Problem
-from posreal.design.synthesis.chart import Chart
+from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.figures import (
     Figure,
     Inside,
@@ -27,7 +27,7 @@ from posreal.design.synthesis.figures import (
 )
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, SideView, UserPlant, frequency, gain
+from posreal.vehicle import PlanView, SideView, frequency, gain
 from posreal.vehicle.metrics import CURVE, SLOPE
 
 Real = np.ndarray
@@ -59,7 +59,7 @@ class AtTheEnds:
         """The number for a device."""
         return np.array([self.beside + self._own(device, parameters)])
 
-    def slopes(self, chart: Chart, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+    def slopes(self, chart: Any, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The number and its slopes at a point of a chart."""
         by_theta = np.zeros((chart.size, 1))
         c0, omega = self.scale.damper, self.scale.omega
@@ -71,6 +71,33 @@ class AtTheEnds:
         ksy = 1.0 if self.ksy is not None and not self.inertance else 0.0
         by = {name: np.array([ksy if name == "Ksy" else 0.0]) for name in parameters}
         return Slopes(self.values(chart.device(theta), parameters), by_theta, by)
+
+
+@dataclass(frozen=True)
+class AtTheEndsOfAStrut:
+    """The same limits of a whole strut and what stands beside it, from Y at a point so near that no other term counts.
+
+    On the positive real axis every term of a network's admittance is positive, so nothing cancels.
+    """
+
+    beside: float
+    inertance: bool
+
+    @property
+    def _s(self) -> Real:
+        return np.array([1e14 if self.inertance else 1e-14])
+
+    def values(self, device: Any, parameters: Mapping[str, float]) -> Real:
+        """The number for a strut."""
+        return np.asarray(self.beside + (device(self._s) * self._s ** (-1 if self.inertance else 1)).real)
+
+    def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The number and its slopes in the strut's coordinates."""
+        _, dY = chart.values_and_slopes(theta, self._s)
+        by_theta = (dY * self._s ** (-1 if self.inertance else 1)).real
+        return Slopes(
+            self.values(chart.device(theta), parameters), by_theta, {name: np.zeros(1) for name in parameters}
+        )
 
 
 def figure_of(problem: Problem, metric: str, scale: Scale) -> Figure:
@@ -92,10 +119,9 @@ def figure_of(problem: Problem, metric: str, scale: Scale) -> Figure:
 
 def objective_figures(problem: Problem, scale: Scale) -> tuple[Figure, ...]:
     """The figures of the objective: it is the largest of all their numbers."""
-    points = [problem] if not problem.points else [problem, *(_point(problem, values) for values in problem.points)]
     found: list[Figure] = []
-    for point in points:
-        if point.goal is None:
+    for point in (problem, *problem.at_points.values()):
+        if point.goal is None or point.goal.kind == "norm":
             found.append(figure_of(point, problem.base_objective, scale))
         else:
             parts = [(weight, _figure(point, name, scale)) for name, weight in point.goal.parts]
@@ -103,18 +129,13 @@ def objective_figures(problem: Problem, scale: Scale) -> tuple[Figure, ...]:
     return tuple(found)
 
 
-def _point(problem: Problem, values: Mapping[str, float]) -> Problem:
-    return replace(problem.at_point(values), free=problem.free)
-
-
 def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
     vehicle = problem.vehicle
     opened = bool({"Kpy", "Cpy"} & set(problem.free))
     if metric.startswith("gain_"):
-        plant, output = problem.plant, metric.removeprefix("gain_")
-        omega = gain.grid(plant)
-        inside = Inside(problem, scale, 1j * omega)
-        return PortFigure(inside, plant.responses(omega, output), LargestGain(1.0))
+        plant = problem.plant
+        port = plant.responses(gain.grid(plant), metric.removeprefix("gain_"))
+        return PortFigure(Inside(problem, scale, 1j * port.omega), port, LargestGain(len(plant.shares)))
     if metric == "max_yv" and isinstance(vehicle, PlanView):
         line = laplace_line(SECONDS, CURVE, 1e3)
         port = vehicle.curve_entry(primary_open=opened).responses_at(line.s, "body_displacement")
@@ -130,16 +151,17 @@ def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
         return PortFigure(
             Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)
         )
-    if isinstance(vehicle, UserPlant) and not metric.startswith("rms_"):
-        raise BadInput(f"{metric} is no figure that a search can follow")
-    J = mean_square(replace(problem, objective=metric, goal=None, points=()), primary_open=opened)
-    return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.rule.weight))
+    goal = problem.goal if metric == problem.base_objective else None
+    J = mean_square(replace(problem, objective=metric, goal=goal, points=()), primary_open=opened)
+    return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.weight))
 
 
-def _at_the_ends(problem: Problem, metric: str, scale: Scale) -> AtTheEnds:
-    beside = problem.mounting.beside
+def _at_the_ends(problem: Problem, metric: str, scale: Scale) -> AtTheEnds | AtTheEndsOfAStrut:
+    beside = (problem.layout_mounting if scale.whole else problem.mounting).beside
     inertance = metric == "inertance"
     own = 0.0 if beside is None else float(beside.inertance if inertance else beside.static_stiffness)
+    if scale.whole:
+        return AtTheEndsOfAStrut(own, inertance)
     limit = problem.at_most.get(metric, math.inf)
     if own > limit and "Ksy" not in problem.free:
         raise BadInput(f"{metric} is {own:.6g} without any device, above its limit of {limit:g}")

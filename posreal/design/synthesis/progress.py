@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from joblib import Parallel, delayed
 
@@ -58,6 +58,16 @@ class Search:
         if value < self.value:
             self.best, self.value = candidate, value
             self.history.append(Step(method, value))
+
+    def regrid(self, panels: int) -> None:
+        """Measure on another grid from now on, the best so far first."""
+        if panels == self.judge.panels:
+            return
+        self.judge = replace(self.judge, panels=panels)
+        self.value = self.judge.measure(self.best)
+        last = self.history[-1:] if math.isfinite(self.value) else []
+        self.history = [step for step in self.history if step.value > self.value]
+        self.history += [Step(step.method, self.value) for step in last]
 
     def improve(self, method: str, tasks: Sequence[Task]) -> Iterator[Found]:
         """Run local searches, in this process or in several, and offer what they find, in order."""

@@ -20,11 +20,15 @@ from posreal.vehicle import UserPlant
 
 @dataclass(frozen=True)
 class Scale:
-    """ω0 (rad/s), c0 (N s/m), and whether H is an impedance. Powers of two: no digit is lost in scaling."""
+    """ω0 (rad/s), c0 (N s/m), and whether H is an impedance. Powers of two: no digit is lost in scaling.
+
+    `whole` says that H is the whole strut, which brings its own static spring or bush, as a layout does.
+    """
 
     omega: float
     damper: float
     impedance: bool
+    whole: bool = False
 
     def admittance(self, H: Rational) -> Rational:
         """Y of a scaled H, exactly."""
@@ -35,6 +39,10 @@ class Scale:
         """The scaled H of Y, exactly."""
         unit = Y.scaled(1 / self.damper).time_scaled(self.omega)
         return unit.inverse() if self.impedance else unit
+
+
+STRUT = Scale(1.0, 1.0, impedance=False, whole=True)
+"""A layout in SI units."""
 
 
 def reference(problem: Problem) -> Scale:
@@ -55,7 +63,7 @@ def reference(problem: Problem) -> Scale:
         best = minimize_scalar(ride, bounds=(best - 0.6, best + 0.6), method="bounded").x
         inside = problem.mounting.response(np.full(len(J.s), math.exp(best), dtype=complex), J.s)[0]
         z, _ = J.port.closed({"secondary": inside})
-        weight = J.rule.weight * np.abs(z) ** 2
+        weight = J.port.over_grid(J.weight * np.abs(z) ** 2)
         omega = math.exp(float(weight @ np.log(J.rule.omega)) / float(weight.sum()))
         return Scale(_power_of_two(omega), _power_of_two(math.exp(best)), impedance)
     k, m = _static(problem)
@@ -65,6 +73,8 @@ def reference(problem: Problem) -> Scale:
 
 def _ride(problem: Problem) -> Problem:
     """The problem with a mean-square objective at its nominal vehicle: its own, or the first that it is made of."""
+    if problem.goal is not None and problem.goal.kind == "norm":
+        return replace(problem, objective=problem.goal.name, points=())
     name = problem.goal.parts[0][0] if problem.goal is not None else problem.base_objective
     if name.startswith("gain_"):
         output = name.removeprefix("gain_")

@@ -1,10 +1,10 @@
-"""Linear objective, inequalities F(y) ⪰ 0 with F affine, and a ball: straight into Clarabel.
+"""Linear objective, matrix inequalities and cones, all affine in the unknowns: straight into Clarabel.
 
-    minimise cᵀy + dᵀQd   subject to   F_i(y) ⪰ 0,   ‖d‖ ≤ radius,   d = some of the unknowns, less a centre
+    minimise f(y)   subject to   F_i(y) ⪰ 0,   ‖(v_j(y)₂, v_j(y)₃, …)‖ ≤ v_j(y)₁
 
-Each F_i is a function that takes the unknowns by name; what it multiplies them with is found by evaluating it at 0 and
-at the unit vectors, all at once. No modelling layer stands between the formula and the solver, so a step costs what
-the solver costs.
+Each f, F_i, v_j is a function that takes the unknowns by name; what it multiplies them with is found by evaluating it
+at 0 and at the unit vectors of the unknowns that it depends on, all at once. No modelling layer stands between the
+formula and the solver, so a step costs what the solver costs.
 """
 
 from __future__ import annotations
@@ -45,6 +45,24 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class Affine:
+    """An affine function of the unknowns named in `of`, batched along the first axis.
+
+    Its values are numbers (m,) for an objective, symmetric matrices (m, n, n) for F ⪰ 0, vectors (m, n) for a cone.
+    """
+
+    of: tuple[str, ...]
+    function: Callable[[Unknowns], Real]
+
+    def coefficients(self, shapes: Mapping[str, Shape]) -> tuple[Real, Real]:
+        """Its value at 0, and what it adds at each unit vector of its unknowns."""
+        own = {name: shapes[name] for name in self.of}
+        size = sum(shape.size for shape in own.values())
+        values = self.function(_split(own, np.vstack([np.zeros(size), np.eye(size)])))
+        return values[0], values[1:] - values[0]
+
+
+@dataclass(frozen=True)
 class Outcome:
     """What the solver returned, and how it called it; the unknowns are a proposal, never evidence."""
 
@@ -52,29 +70,11 @@ class Outcome:
     status: str
 
 
-@dataclass(frozen=True)
-class Ball:
-    """d = the unknowns named in `centre`, concatenated, less their values there: ‖d/size‖ ≤ radius, at the cost dᵀQd.
-
-    The size of an entry is its value at the centre, 1 at least, so that one that wants to grow beyond all bounds grows
-    by a factor a step, not by an amount.
-    """
-
-    centre: Unknowns
-    radius: float
-    Q: Real
-
-    @property
-    def sizes(self) -> Real:
-        """One for each entry."""
-        return np.maximum(1.0, np.abs(np.concatenate([np.ravel(part) for part in self.centre.values()])))
-
-
 def minimise(
     shapes: Mapping[str, Shape],
-    objective: Callable[[Unknowns], Real],
-    inequalities: Sequence[Callable[[Unknowns], Real]],
-    ball: Ball | None = None,
+    objective: Affine,
+    inequalities: Sequence[Affine],
+    cones: Sequence[Affine] = (),
     *,
     iterations: int = 60,
 ) -> Outcome:
@@ -83,42 +83,45 @@ def minimise(
     Parameters
     ----------
     shapes : mapping of name to Shape
-    objective, inequalities : functions of the unknowns (batched along the first axis)
-        A number, and symmetric matrices that must be ⪰ 0; both affine.
-    ball : Ball, optional
+    objective, inequalities, cones : Affine
+        A number, symmetric matrices that must be ⪰ 0, and vectors whose first entry is no less than the norm of the
+        others.
     iterations : int
         Of the interior-point method.
     """
-    size = sum(shape.size for shape in shapes.values())
-    probe = np.vstack([np.zeros(size), np.eye(size)])
-    unknowns = _split(shapes, probe)
-    rows, right, cones = [], [], []
+    ends = np.cumsum([shape.size for shape in shapes.values()])
+    place = {name: np.arange(end - shape.size, end) for (name, shape), end in zip(shapes.items(), ends, strict=True)}
+    size = int(ends[-1])
+
+    def across(part: Affine, slopes: Real) -> sparse.coo_matrix:
+        """Slopes (own unknowns, m) as columns of the whole program."""
+        columns = np.concatenate([place[name] for name in part.of])
+        own, row = np.nonzero(slopes)
+        return sparse.coo_matrix((slopes[own, row], (row, columns[own])), shape=(slopes.shape[1], size))
+
+    rows, right, kinds = [], [], []
     for inequality in inequalities:
-        F = _svec(inequality(unknowns))
-        rows.append(-(F[1:] - F[0]).T)
-        right.append(F[0])
-        cones.append(clarabel.PSDTriangleConeT(_order(F.shape[1])))
-    value = objective(unknowns)
-    c, quadratic = value[1:] - value[0], np.zeros((size, size))
-    if ball is not None:
-        d = np.hstack([unknowns[name].reshape(len(probe), -1) - centre.ravel() for name, centre in ball.centre.items()])
-        inside = (d[1:] - d[0]).T
-        rows.append(np.vstack([np.zeros((1, size)), -inside / ball.sizes[:, None]]))
-        right.append(np.concatenate([[ball.radius], d[0] / ball.sizes]))
-        cones.append(clarabel.SecondOrderConeT(len(inside) + 1))
-        quadratic = 2 * inside.T @ ball.Q @ inside
-        c = c + 2 * inside.T @ ball.Q @ d[0]
+        F0, F = inequality.coefficients(shapes)
+        rows.append(-across(inequality, _svec(F)))
+        right.append(_svec(F0[None])[0])
+        kinds.append(clarabel.PSDTriangleConeT(len(F0)))
+    for cone in cones:
+        v0, v = cone.coefficients(shapes)
+        rows.append(-across(cone, v))
+        right.append(v0)
+        kinds.append(clarabel.SecondOrderConeT(len(v0)))
+    _, slope = objective.coefficients(shapes)
+    c = across(objective, slope[:, None]).toarray()[0]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = iterations
     settings.max_threads = 1
-    scale = max(float(np.abs(c).max()), 1e-300)
     solver = clarabel.DefaultSolver(
-        sparse.csc_matrix(np.triu(quadratic / scale)),
-        c / scale,
-        sparse.csc_matrix(np.vstack(rows)),
+        sparse.csc_matrix((size, size)),
+        c / max(float(np.abs(c).max()), 1e-300),
+        sparse.vstack(rows, format="csc"),
         np.concatenate(right),
-        cones,
+        kinds,
         settings,
     )
     solution = solver.solve()
@@ -141,7 +144,3 @@ def _svec(F: Real) -> Real:
     n = F.shape[-1]
     j, i = np.tril_indices(n)
     return np.asarray(F[:, i, j] * np.where(i == j, 1.0, math.sqrt(2.0)))
-
-
-def _order(size: int) -> int:
-    return (math.isqrt(8 * size + 1) - 1) // 2

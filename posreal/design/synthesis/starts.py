@@ -19,6 +19,8 @@ Real = np.ndarray
 
 LOSSES = ((0.0, 0.0), (-1.0, 0.25))  # range of powers of ten on their damping: resonant devices in the second
 DECADES = (1.0, 3.0)  # spread of the time scales of random devices
+FAST = 300.0  # rate, in ω0, of a state that stands for one at infinity; 1/FAST for one at 0
+RESONANCES = (-0.25, 1.25)  # powers of ten of ω0
 
 
 def faces(order: int, *, spring: bool, inerter: bool) -> tuple[Chart, ...]:
@@ -59,6 +61,24 @@ def lifted(device: PortHamiltonian, order: int, rng: np.random.Generator, coupli
     return PortHamiltonian(J, G, L, device.k, device.b)
 
 
+def inside(device: PortHamiltonian, chart: Chart) -> PortHamiltonian:
+    """A device on a face as one with all its states proper: k/s as k/(s + ε), b·s as bp s/(s + p)."""
+    slow, fast = [], []
+    if device.k and not chart.spring:
+        slow, device = [device.k], PortHamiltonian(device.J, device.G, device.L, 0.0, device.b)
+    if device.b and not chart.inerter:
+        fast, device = [device.b], PortHamiltonian(device.J, device.G, device.L, device.k, 0.0)
+    n, m, wide = device.order + len(slow) + len(fast), device.order, device.L.shape[1]
+    J, G, L = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((n + 1, wide + n - m))
+    J[:m, :m], G[:m] = device.J, device.G
+    L[:m, :wide], L[n, :wide] = device.L[:m], device.L[m]
+    for k in slow:
+        G[m, 0], L[m, wide] = np.sqrt(k), np.sqrt(1 / FAST)
+    for b in fast:
+        L[n - 1, -1], L[n, -1] = np.sqrt(FAST), -np.sqrt(b * FAST)
+    return PortHamiltonian(J, G, L, device.k, device.b)
+
+
 def shaken(chart: Chart, device: PortHamiltonian, rng: np.random.Generator, strength: float = 0.4) -> PortHamiltonian:
     """A device with every number of its chart multiplied by a random factor and moved a little."""
     theta = chart.vector(device)
@@ -66,14 +86,17 @@ def shaken(chart: Chart, device: PortHamiltonian, rng: np.random.Generator, stre
     return chart.device(theta * factor + 0.1 * strength * rng.standard_normal(len(theta)))
 
 
-def resonant(device: PortHamiltonian, order: int, rng: np.random.Generator) -> PortHamiltonian:
+def resonant(
+    device: PortHamiltonian, order: int, rng: np.random.Generator, band: tuple[float, float] = RESONANCES
+) -> PortHamiltonian:
     """The device with resonators beside it or in series with its damper, up to an order.
 
         beside:     J = [[0, −ω], [ω, 0]],  R = diag(2ζω, 0),  G = (√(2ζω g), 0):   adds 2ζω g s/(s² + 2ζω s + ω²)
         in series:  the column of L that holds √S goes on as √(2ζω) in the state:   S → S (s² + ω²)/(s² + 2ζω s + ω²)
 
     Vehicles that hunt or bounce at a frequency ask for a device that is stiff there, or soft; states coupled weakly at
-    random rates (:func:`lifted`) rarely become one. If an odd state is left over, it is such a one.
+    random rates (:func:`lifted`) rarely become one. If an odd state is left over, it is such a one. Their frequencies
+    are in `band`, powers of ten of ω0.
     """
     if (order - device.order) % 2:
         device = lifted(device, device.order + 1, rng)
@@ -84,7 +107,7 @@ def resonant(device: PortHamiltonian, order: int, rng: np.random.Generator) -> P
     L[:m, :wide], L[n, :wide] = device.L[:m], device.L[m]
     direct = int(np.argmax(np.abs(L[n])))
     for i in range(m, n, 2):
-        omega, zeta, gain = 10.0 ** rng.uniform((-0.5, -1.5, -1.5), (1.5, 0.0, 0.5))
+        omega, zeta, gain = 10.0 ** rng.uniform((band[0], -1.5, -1.5), (band[1], 0.5, 0.5))
         J[i, i + 1], J[i + 1, i] = -omega, omega
         if rng.random() < 0.5:
             L[i, direct] = np.sqrt(2 * zeta * omega)

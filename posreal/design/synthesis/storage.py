@@ -13,7 +13,7 @@ import numpy as np
 
 from posreal.admittance import PortHamiltonian, Rational, StateSpace, state_space
 from posreal.design.synthesis import inequalities
-from posreal.design.synthesis.semidefinite import Shape, minimise
+from posreal.design.synthesis.semidefinite import Affine, Shape, minimise
 
 Real = np.ndarray
 
@@ -31,10 +31,10 @@ def port_hamiltonian(H: Rational) -> PortHamiltonian | None:
         return PortHamiltonian(np.zeros((0, 0)), np.zeros((0, 1)), np.full((1, 1), np.sqrt(D)), form.k, form.b)
     outcome = minimise(
         {"P": Shape(n, n, symmetric=True)},
-        lambda u: np.trace(u["P"], axis1=-2, axis2=-1),
+        Affine(("P",), lambda u: np.trace(u["P"], axis1=-2, axis2=-1)),
         [
-            lambda u: inequalities.positive_real(form.A, form.B, form.C, form.D, u["P"]),
-            lambda u: u["P"] - 1e-9 * np.eye(n),
+            Affine(("P",), lambda u: inequalities.positive_real(form.A, form.B, form.C, form.D, u["P"])),
+            Affine(("P",), lambda u: u["P"] - 1e-9 * np.eye(n)),
         ],
     )
     if outcome.unknowns is None:
