@@ -150,7 +150,8 @@ class Comparison:
             notes += [
                 f"Proven: {self.bound.metric} ≥ {self.bound.value:.5g} {self.bound.unit} over the whole band{nominal} "
                 f"for {self.bound.devices}.",
-                "Gap: how far that is below the row, whose own figure over the whole band is taken for it.",
+                "Gap: how far that is below the row"
+                + ("." if self.shares_figure else ", whose own figure over the whole band is taken for it."),
             ]
         return [*notes, *self.notes, *(f"Subject to {constraint}." for constraint in self.problem.constraints)]
 

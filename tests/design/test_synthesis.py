@@ -164,7 +164,7 @@ def test_damping_is_kept_at_every_speed():
     assert_sound(result, rel=1e-4)
     assert result.value <= 0.21348
     assert not lateral.violated(result.metrics)
-    between = least_damping(lateral.vehicle, lateral.mounting.port(result.device), np.arange(1.0, 55.01, 0.2))
+    between = least_damping(lateral.vehicle, lateral.mounting.port(result.device), np.arange(1.0, 55.005, 0.05))
     assert 100 * between.ratio >= lateral.constraints[0].value * (1 - 1e-9)
 
 
@@ -352,7 +352,8 @@ def test_lateral_result_is_a_local_optimum_among_those_that_keep_the_damping():
     chart = Chart(device.order, bool(device.k), bool(device.b))
     criterion = Criterion(posed, scale)
     floor = posed.constraints[0].value / 100
-    at = [posed.vehicle.at(v).random_track() for v in ALL_SPEEDS]
+    # near 49.7 m/s the damping has a second minimum at its floor, between the speeds of the search's grid
+    at = [posed.vehicle.at(v).random_track() for v in np.union1d(ALL_SPEEDS, np.arange(49.0, 50.5, 0.02))]
 
     def port(theta):
         form, omega, c = chart.device(theta).state_space(), scale.omega, scale.damper
@@ -416,7 +417,7 @@ def test_plan_view_of_higher_order(name, order, target):
     vehicle = lateral.with_vehicle(result.parameters).vehicle
     port = lateral.with_vehicle(result.parameters).mounting.port(result.device)
     floor = next(c.value for c in lateral.constraints if c.metric == "Ldmp")
-    assert 100 * least_damping(vehicle, port, np.arange(1.0, 55.01, 0.1)).ratio >= floor * (1 - 1e-6)
+    assert 100 * least_damping(vehicle, port, np.arange(1.0, 55.001, 0.02)).ratio >= floor * (1 - 1e-9)
     for parameter, value in result.parameters.items():
         assert lateral.free[parameter].lower <= value <= lateral.free[parameter].upper
     again = dataclasses.replace(lateral.with_vehicle(result.parameters))

@@ -18,7 +18,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import minimize, minimize_scalar
 
-from posreal.admittance import Rational, check
+from posreal.admittance import Rational, check, parse_rational
 from posreal.design import synthesise as design
 from posreal.design.bound import bound
 from posreal.design.named import limited, problem
@@ -427,3 +427,31 @@ def test_a_real_interrupt_returns_the_best_so_far():
     assert last[0] == "VALUE"
     assert float(last[1]) < 2.2
     assert last[2].startswith("interrupted")
+
+
+RINGING = "(136856*s^3 + 6.25778e6*s^2 + 1.4292e9*s)/(s^3 + 475.568*s^2 + 61345.8*s + 318246)"
+
+
+def test_a_device_that_rings_above_the_band_is_said_to():
+    found = design(problem("vertical-comfort"), 3, method="ph", starts=1, warm=[parse_rational(RINGING)])
+    whole = problem("vertical-comfort", objective="whole-band").metrics(found.port)["J1z_T_whole"].value
+    assert found.metrics["J1z_T"].value < 1.9 < 4 < whole
+    assert any(f"over all frequencies it is {whole:.6g} %g" in note for note in found.found["notes"])
+
+
+def test_ride_over_the_whole_band_may_be_minimised_and_limited():
+    whole = design(problem("vertical-comfort", objective="whole-band"), 1, starts=2)
+    assert whole.objective.value == pytest.approx(2.02365, rel=1e-5)
+    kept = problem("vertical-comfort", limits={"J1z_T_whole": 2.03})
+    limited_design = design(kept, 1, method="ph", starts=2)
+    assert limited_design.feasible
+    assert limited_design.metrics["J1z_T"].value < whole.metrics["J1z_T"].value
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [({"objective": "J1"}, "whole-band"), ({"position": "worst", "objective": "whole-band"}, "L, M and T")],
+)
+def test_other_objectives_of_the_side_view_are_refused(options, match):
+    with pytest.raises(BadInput, match=match):
+        problem("vertical-comfort", **options)

@@ -11,6 +11,8 @@ from scipy.integrate import quad
 
 from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import layout, optimise, problem
+from posreal.design.objective import mean_square
+from posreal.network import parse
 from posreal.vehicle import SideView, covariance, metrics, simulation
 from tests import published
 from tests.vehicle import naive
@@ -87,6 +89,17 @@ def test_ride_three_ways(output, damping):
     assert to_20_hz**2 + above == pytest.approx(whole**2, rel=2e-5)
     simulated, error = simulation.monte_carlo(loop, output, seed=7, duration=1500)
     assert abs(simulated - whole) < 4 * error
+
+
+@pytest.mark.parametrize("device", ["c=14.5e3", "b=3184.92 + (c=10786.4 | k=315759) + c=30478.9"])
+def test_ride_over_the_whole_band_by_the_search_s_quadrature(device):
+    posed = problem("vertical-comfort", objective="whole-band")
+    port = posed.port(parse(device).admittance())
+    figure = mean_square(posed)
+    searched, _ = figure.value_and_slopes({"secondary": np.asarray(port(figure.s))})
+    whole, ends = posed.metrics(port)["J1z_T_whole"].value, posed.metrics(port)["J1z_T"].value
+    assert searched == pytest.approx(whole, rel=1e-5)  # one by frequency, one by covariance
+    assert ends < whole < 1.1 * ends
 
 
 def test_density_integrates_to_the_ride_figure():

@@ -7,6 +7,7 @@ damping constraint belongs to it; its devices are measured over the whole band, 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +18,6 @@ from posreal.design.result import Design
 from posreal.design.synthesise import synthesise
 from posreal.errors import BadInput
 from posreal.vehicle import SideView
-from posreal.vehicle.user_plant import UserPlant
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def reached(
         raise BadInput("a bound on a bare figure has no problem to synthesise for; bound a problem")
     found: list[Reached] = []
     warm: list[Any] = []
-    posed = _over_the_whole_band(bound, bound.problem)
+    posed = _over_the_whole_band(bound.problem)
     for order in orders:
         design = synthesise(posed, order, starts=starts, seed=seed, warm=warm, progress=progress)
         warm.append(design.device)
@@ -71,11 +71,9 @@ def reached(
     return tuple(found)
 
 
-def _over_the_whole_band(bound: Bound, problem: Problem) -> Problem:
-    """The bound's own figure as a problem, for one output of the side view; else the problem as it is."""
-    about = bound.figure
-    if not isinstance(problem.vehicle, SideView) or len(about.weights) > 1 or problem.constraints:
-        return problem
-    (output,) = about.weights
-    plant = UserPlant(about.plant, about.mounting.beside, about.mounting.behind)
-    return Problem(problem.name, problem.summary, plant, f"rms_{output}")
+def _over_the_whole_band(problem: Problem) -> Problem:
+    """The problem with the bound's own figure, where a ride of the side view ends at 20 Hz; else as it is."""
+    ends = isinstance(problem.vehicle, SideView) and problem.goal is None and not problem.whole_band
+    return (
+        dataclasses.replace(problem, objective=f"{problem.objective}_whole") if ends and not problem.points else problem
+    )

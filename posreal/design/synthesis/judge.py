@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from posreal.admittance import PortHamiltonian, state_space
 from posreal.design.constraint import ROUNDING
@@ -33,6 +34,8 @@ Complex = np.ndarray
 ROUNDS = 4  # local searches in a row, each with the speeds added at which the one before lost its damping
 ADDED = 3  # speeds a round
 NEAR = 1e-3  # of damping ratio: a candidate that misses by more is not worth another round
+SPARE = 1e-7  # relative, of damping asked for at the watched speeds: between them it dips
+DIP = 1e-2  # relative: a minimum over the grid of speeds that is higher above the floor cannot dip below it between
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,9 @@ class Judge:
         best = (self.measure(start), start)
         for _ in range(ROUNDS):
             requirements: list[Requirement] = [*self.limits]
-            requirements += [Damped(f.damping(at), f.ratio) for f, at in zip(self.floors, speeds, strict=True)]
+            requirements += [
+                Damped(f.damping(at), f.ratio * (1 + SPARE)) for f, at in zip(self.floors, speeds, strict=True)
+            ]
             ends = finish_constrained(
                 self.objective,
                 requirements,
@@ -234,10 +239,24 @@ class Floor:
         return float(self._watched.least(candidate.device, candidate.parameters).min()) - self.ratio
 
     def missed(self, candidate: Candidate) -> tuple[list[float], float]:
-        """Speeds with too little damping, the worst first, and by how much of damping ratio it misses there."""
+        """Speeds with too little damping, the worst first, and by how much of damping ratio it misses there.
+
+        Between the speeds of the grid as well: where the damping has a minimum near the floor, that is looked for.
+        """
+
+        def least_at(speed: float) -> float:
+            return float(self.damping((speed,)).least(candidate.device, candidate.parameters)[0])
+
         least = self._everywhere.least(candidate.device, candidate.parameters)
-        missed = [ALL_SPEEDS[i] for i in np.argsort(least) if least[i] < self.ratio * (1 - ROUNDING)]
-        return missed, self.ratio - float(least.min())
+        found = list(zip(least.tolist(), ALL_SPEEDS, strict=True))
+        inner = least[1:-1]
+        dips = (inner <= least[:-2]) & (inner <= least[2:]) & (inner < self.ratio * (1 + DIP))
+        for i in np.flatnonzero(dips) + 1:
+            bounds = (ALL_SPEEDS[i - 1], ALL_SPEEDS[i + 1])
+            lowest = minimize_scalar(least_at, bounds=bounds, method="bounded", options={"xatol": 1e-4})
+            found.append((float(lowest.fun), float(lowest.x)))
+        missed = [speed for ratio, speed in sorted(found) if ratio < self.ratio * (1 - ROUNDING)]
+        return missed, self.ratio - min(found)[0]
 
 
 def damper(value: float) -> PortHamiltonian:
