@@ -51,6 +51,19 @@ class Design:
     parameters: Mapping[str, float] = field(default_factory=dict)
     found: Mapping[str, Any] = field(default_factory=dict)
 
+    def __str__(self) -> str:
+        """What was designed for what, each figure, what breaks, and the device, a line each."""
+        device = "none" if self.device is None else str(self.device)
+        return "\n".join(
+            [
+                f"{self.problem.name}: {self.label}",
+                *(f"  {name} = {metric}" for name, metric in self.metrics.items()),
+                *(f"  {sentence}" for sentence in self.problem.violated(self.metrics)),
+                *(f"  {note}" for note in self.found.get("notes", ())),
+                f"  Y(s) = {device}" if self.network is None else f"  {self.network}",
+            ]
+        )
+
     @cached_property
     def port(self) -> Rational:
         """Admittance of the whole secondary port, the network's where there is one."""

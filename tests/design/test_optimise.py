@@ -153,3 +153,11 @@ def test_a_bush_that_is_not_the_vehicles_alone_cannot_vary(plan, error, says):
     posed = problem("vertical-comfort", worst_case=[{"bush": 1e6}])
     with pytest.raises(error, match=says):
         optimise(posed, layout(plan), starts=1)
+
+
+def test_a_design_prints_its_figures_and_its_network():
+    posed = problem("quarter-car")
+    design = optimise(posed, layout("S1"), starts=1)
+    text = str(design)
+    assert text.startswith("quarter-car: S1\n  J1 = 1.759")
+    assert text.endswith(f"  {design.network}")
