@@ -18,13 +18,14 @@ from posreal.realise.lift import lifted, typical_size
 from posreal.realise.long import Long
 from posreal.realise.methods import METHODS, WITH_LEVERS
 from posreal.realise.negligible import without_negligible
-from posreal.realise.practical import LARGEST, close_network
+from posreal.realise.practical import LARGEST, close_network, few_elements
 from posreal.realise.proof import Proof, corners, require_proof
 from posreal.realise.refusal import DoesNotApply, Unproven
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
 OVERSHOOT = fmpq(1, 10**14)
 LEAST_SIZE = 1e-297  # of element values, with the margin that `corners` adds
+SETTLED = 2  # degree up to which the methods themselves give the fewest elements
 LARGEST_DEGREE = 20  # a minute; and beyond, nobody would build it
 
 
@@ -156,7 +157,7 @@ def realise(
         Anything `as_rational` reads. One that misses positive real by rounding is lifted by the smallest
         parallel damper that repairs it, and the result says so.
     method : str
-        A name in `METHODS`, or "auto": the fewest elements any of them gives.
+        A name in `METHODS`, or "auto": the fewest elements any of them gives, or `few_elements` finds.
     levers : bool
         Let "auto" use levers (Brune), which cost an element of another kind but save many.
     tolerance : float, optional
@@ -214,6 +215,7 @@ def realise(
 def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Realisation]:
     """Every realisation there is a method for, fewest elements first; methods that do not apply are left out.
 
+    A network of up to five elements that no method leads to stands among them as "few", where one is found.
     Parameters and errors are those of `realise`.
     """
     y, repaired, lift, notes = _prepared(device)
@@ -225,6 +227,9 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
             refusals.append(refusal)
     if not found:
         raise refusals[-1]
+    fewer = min(LARGEST, min(len(r.network) for r in found) - 1)
+    if repaired.degree > SETTLED and (network := few_elements(repaired, fewer)) is not None:
+        found.append(Realisation(network, "few", y, repaired, require_proof(network, repaired), lift, notes))
     return sorted(found, key=lambda r: r.rank)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from posreal.admittance import Rational, check, is_positive_real, parse_rational, random_port_hamiltonian
 from posreal.errors import BadInput, Infeasible
 from posreal.network import nodal_admittance, parse
-from posreal.network.topologies import topologies
+from posreal.network.topologies import letters, topologies, valued
 from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise
 from posreal.realise.screen import screened
 from tests import strategies
@@ -277,3 +277,19 @@ def test_projection_of_perturbed_devices(order, seed, size):
     y = random_port_hamiltonian(order, rng).rational()
     off = y.without(Rational([Fraction(check(y).margin * (1 + size))]))
     assert nearest_positive_real(off, "projection").check()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_five_elements_of_higher_degree_are_found_again(seed):
+    # no synthesis procedure leads to these; for most draws the procedures give 6 to 14 elements
+    rng = np.random.default_rng(seed)
+    storing = [form for form in topologies(5) if letters(form).count("c") <= 2]
+    while True:
+        network = valued(storing[rng.integers(len(storing))], np.exp(rng.normal(0, 1, 5)).tolist())
+        y = network.admittance()
+        if y.degree >= 3:
+            break
+    found = realise(y)
+    assert len(found.network) <= 5
+    s = 1j * np.geomspace(1e-3, 1e3, 61)
+    assert np.abs(nodal_admittance(found.network)(s) / y(s) - 1).max() < 1e-9
