@@ -15,12 +15,14 @@ from posreal.design.synthesis.criterion import Candidate
 from posreal.design.synthesis.progress import AGREED, Found, Search, Task
 from posreal.design.synthesis.starts import RESONANCES, faces, inside, lifted, random_starts, resonant, shaken
 from posreal.errors import BadInput
+from posreal.vehicle.metrics import least_damping
 
 CONTENDER = 1.005  # a face whose best is that near the best of all is worth full convergence
 ROUNDS = 5  # fresh runs along a flat valley, at most
 POOL = 4  # best candidates that are shaken
 SHAKEN = 8  # of these, before the pool is drawn anew
 DRAWN = 4  # known devices with a resonator, of which one begins
+AROUND = 0.08  # powers of ten, either side of the least damped mode's frequency
 SHORT = 10.0  # relative cost of an objective for a damping ratio that is short by 1
 RETUNED = 0.1  # standard deviation of the logarithm by which free vehicle parameters are shaken
 QUICK, FULL = (150, 1e-6), (1000, 1e-10)  # iterations and tolerance
@@ -104,8 +106,9 @@ def _fresh(
 ) -> list[Task]:
     """Random devices; where a damping has to be kept, which few do, three of four are known ones with resonators.
 
-    These are proper or end in an inerter by turns. Their frequencies go through the decades of
-    :data:`.starts.RESONANCES` evenly, and of a few drawn at each the one that promises most begins.
+    These are proper or end in an inerter by turns. Half of their frequencies go through the decades of
+    :data:`.starts.RESONANCES` evenly, half lie about the mode whose damping the known device leaves least, where a
+    resonator has most to gain; of a few drawn at each the one that promises most begins.
     """
     tasks: list[Task] = []
     random = random_starts(charts, rng)
@@ -123,6 +126,9 @@ def _fresh(
             width = (high - low) / count
             band = (low + number * width, low + (number + 1) * width)
             base = fitting[number // 4 % len(fitting)]
+            if number % 8 > 4:
+                mode = math.log10(_critical_mode(search, base))
+                band = (mode - AROUND, mode + AROUND)
             start = min(
                 (_with_resonators(search, chart, base, band, rng) for _ in range(DRAWN)),
                 key=lambda candidate: _promise(search, candidate),
@@ -139,6 +145,14 @@ def _with_resonators(
     k, b = 10.0 ** rng.uniform(-2, 0.5, 2)
     inner = PortHamiltonian(own.J, own.G, own.L, (own.k or k) * chart.spring, (own.b or b) * chart.inerter)
     return Candidate(resonant(inner, chart.order, rng, band), _retuned(search, base.parameters, rng))
+
+
+def _critical_mode(search: Search, base: Candidate) -> float:
+    """Natural frequency, over ω0, of the mode that a device leaves least damped."""
+    judge = search.judge
+    port = judge.problem.mounting.port(judge.scale.admittance(base.device.rational()))
+    mode = least_damping(judge.floors[0].vehicle, port)
+    return 2 * math.pi * mode.frequency / judge.scale.omega
 
 
 def _promise(search: Search, candidate: Candidate) -> float:
