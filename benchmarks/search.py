@@ -10,8 +10,8 @@ import numpy as np
 from benchmarks.timing import medians, report, seconds
 from posreal.design import problem
 from posreal.design.search import Search, search
-from posreal.design.search.topologies import forms, key, letters, network
 from posreal.design.search.values import coarse
+from posreal.network.topologies import forms, key, letters, network
 
 _LARGEST = 5
 
