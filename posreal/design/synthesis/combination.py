@@ -24,7 +24,7 @@ Why: what each reaches by itself, seed 0, and seconds of one core for the whole.
     vertical-comfort T           4           1.85919      1.85071       51
     quarter-car J1               3           1.45582      1.45477        9
     lateral-comfort              1           0.21348      0.21348        4
-    lateral-comfort              2           0.19958      0.19845       19
+    lateral-comfort              2           0.19957      0.19845       19
     lateral-comfort              3                        0.18856       88
     lateral-comfort-primary      2                        0.16470       36
     lateral-comfort-primary      3                        0.15031       68
@@ -55,8 +55,9 @@ The faces and the shaking matter as much: at order 3 of the first problem, of 16
 1.889, on the face with a pole at 0 three of 16 ended on 1.8752, and shaken ones mostly do. On the plan view random
 devices rarely keep the damping; known ones with a resonator beside or in them do: at order 2, 8 of 48 independent
 starts end on 0.19845, where random devices and lifted ones ended at 0.19957. The resonance of the best is narrow (a
-zero at 37 rad/s beside a pole at 39), so half of the starts lie about the mode whose damping is short, half go through the
-frequencies evenly, proper and with an inerter by turns, and what is found is walked on in small boxes, as a full step of a local search loses the damping.
+zero at 37 rad/s beside a pole at 39), so half of the starts lie about the mode whose damping is short, half go through
+the frequencies evenly, proper and with an inerter by turns, and what is found is walked on in small boxes, as a full
+step of a local search loses the damping. With that, order 3 ends on 0.18856 to 0.18859 with each of three seeds.
 """
 
 from __future__ import annotations
