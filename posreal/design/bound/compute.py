@@ -44,8 +44,8 @@ def bound(
         L + 1 points instead, a pair counted as two; with one point repeated, L is the order of the truncated Taylor
         series.
     omega0 : float or sequence of places, optional
-        Where the points lie, taken in turn; found by a scan if not given. A place is a frequency, rad/s, or natural
-        frequency and damping ratio of a pair of points, which counts as two.
+        Where the points lie, taken in turn; found by a scan if not given, a quick one where L is. A place is a
+        frequency, rad/s, or natural frequency and damping ratio of a pair of points, which counts as two.
     weights : mapping of metric to float, optional
         Bound √(Σ weight · metric²) instead of the problem's objective.
     best : Design, Rational (a port admittance) or float, optional
@@ -81,7 +81,7 @@ def bound(
         about, named = figure(subject, weights), subject
     chosen = search.choose_form(about, form)
     size = _size(about, chosen, effort, L)
-    where = _places(omega0) if omega0 is not None else search.best_place(about, chosen, size, say)
+    where = _places(omega0) if omega0 is not None else search.best_place(about, chosen, size, say, quick=L is not None)
     say(f"bound: {size} points at {in_words(search.exactly(where))}")
     certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
     say("bound: checking the certificate")

@@ -41,6 +41,7 @@ SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (31, 51, 71, 101), LIFTE
 _SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (15, 31)}
 """The dimension in the scan of octaves, and in the search for three places."""
 _LAST = 51  # and the largest at which the last few compete
+_QUICK, _QUICK_LAST = (15, 21), 31  # the same, at most, for somebody who chose the dimension and does not want to wait
 _BELOW, _ABOVE = (0.4, 0.7), (1.4, 2.5, 4.0)  # where frequency and pair start, relative to the best single place
 _STEP = 1.4  # factor by which the search moves a frequency or a damping ratio
 _WORTHWHILE = 1e-4  # relative gain for which it does
@@ -127,8 +128,10 @@ def size_for(figure: Figure, form: str, effort: int) -> int:
     return SIZES[_row(figure, form)][effort]
 
 
-def best_place(figure: Figure, form: str, size: int, progress: Progress = lambda text: None) -> tuple[Place, ...]:
-    """The best places for `size` points, rad/s.
+def best_place(
+    figure: Figure, form: str, size: int, progress: Progress = lambda text: None, *, quick: bool = False
+) -> tuple[Place, ...]:
+    """The best places for `size` points, rad/s; a quick search costs a quarter and proves some 0.04 % less.
 
     Raises
     ------
@@ -136,6 +139,9 @@ def best_place(figure: Figure, form: str, size: int, progress: Progress = lambda
         If nothing is proven at any.
     """
     few, more = _SCAN[_row(figure, form)]
+    last = _LAST
+    if quick:
+        few, more, last = min(few, _QUICK[0]), min(more, _QUICK[1]), _QUICK_LAST
     known: dict[tuple[tuple[Place, ...], int], float] = {}
 
     def worth(where: tuple[Place, ...], dimension: int) -> float:
@@ -170,7 +176,7 @@ def best_place(figure: Figure, form: str, size: int, progress: Progress = lambda
             if inside and worth(_in_turn(other), more) > worth(_in_turn(triple), more) * (1 + _WORTHWHILE):
                 triple, moved = other, True
     searched = sorted((where for where, size in known if size == more), key=lambda where: -worth(where, more))
-    final = min(size, _LAST)
+    final = min(size, last)
     best = max([(single,), *searched[:4]], key=lambda where: worth(where, final))
     if worth(best, final) == 0:
         raise BadInput("nothing is proven at any place for the points, so no bound is known for this figure")
