@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from html import escape
@@ -228,8 +229,10 @@ def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Re
     if not found:
         raise refusals[-1]
     fewer = min(LARGEST, min(len(r.network) for r in found) - 1)
-    if repaired.degree > SETTLED and (network := few_elements(repaired, fewer)) is not None:
-        found.append(Realisation(network, "few", y, repaired, require_proof(network, repaired), lift, notes))
+    network = few_elements(repaired, fewer) if repaired.degree > SETTLED else None
+    if network is not None:
+        with contextlib.suppress(Unproven):  # close in the band where it was fitted, and not beyond
+            found.append(Realisation(network, "few", y, repaired, require_proof(network, repaired), lift, notes))
     return sorted(found, key=lambda r: r.rank)
 
 

@@ -11,7 +11,7 @@ from posreal.admittance import Rational, check, is_positive_real, parse_rational
 from posreal.errors import BadInput, Infeasible
 from posreal.network import nodal_admittance, parse
 from posreal.network.topologies import letters, topologies, valued
-from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise
+from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise, realise_all
 from posreal.realise.screen import screened
 from tests import strategies
 
@@ -293,3 +293,11 @@ def test_five_elements_of_higher_degree_are_found_again(seed):
     assert len(found.network) <= 5
     s = 1j * np.geomspace(1e-3, 1e3, 61)
     assert np.abs(nodal_admittance(found.network)(s) / y(s) - 1).max() < 1e-9
+
+
+def test_few_elements_that_fit_in_the_band_only_are_left_out():
+    y = parse_rational(
+        "(11014/505*s^3 + 107615/57873*s^2 + 109/8686*s + 1775/1659026)"
+        "/(s^4 + 215230/57873*s^3 + 109/86*s^2 + 548725/4977078*s)"
+    )
+    assert all(found.residual < 1e-9 for found in realise_all(y))
