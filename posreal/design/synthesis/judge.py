@@ -35,7 +35,7 @@ ROUNDS = 4  # local searches in a row, each with the speeds added at which the o
 ADDED = 3  # speeds a round
 NEAR = 1e-3  # of damping ratio: a candidate that misses by more is not worth another round
 SPARE = 1e-7  # relative, of damping asked for at the watched speeds: between them it dips
-DIP = 1e-2  # relative: a minimum over the grid of speeds that is higher above the floor cannot dip below it between
+DIP = 1e-2  # relative: a minimum over the grid of speeds that is no higher above the floor is looked at between them
 
 
 @dataclass(frozen=True)
