@@ -1,6 +1,6 @@
 """Mean-square metrics as smooth functions of the device's values on a frequency grid.
 
-J = √(S Σₖ wₖ |zₖ|²) with z = z(Y) from the port (:class:`posreal.vehicle.PortResponses`), so
+J = √(S Σₖ wₖ |zₖ|²) with z = z(Y) from the port (:class:`posreal.plant.plant.PortResponses`), so
 
     dJ = Re Σₖ gₖ dYₖ,      gₖ = (S wₖ/J) z̄ₖ ∂zₖ/∂Yₖ
 
@@ -19,7 +19,9 @@ import numpy as np
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem, Vehicle
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, UserPlant, frequency, gain
+from posreal.plant import hinf_norm, quadrature
+from posreal.plant.plant import PortResponses
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 
 Complex = np.ndarray
 
@@ -45,7 +47,7 @@ class MeanSquare:
         Share of each pair of an output and a process in the weight.
     """
 
-    rule: frequency.Quadrature
+    rule: quadrature.Quadrature
     port: PortResponses
     scale: float
     squares: tuple[float, ...] = (1.0,)
@@ -103,28 +105,28 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
 def _mean_square(vehicle: Vehicle, parts: tuple[tuple[str, float], ...], primary_open: bool, panels: int) -> MeanSquare:
     match vehicle:
         case PlanView():
-            rule = frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
+            rule = quadrature.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
             plant = vehicle.random_track(primary_open=primary_open)
             known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
         case SideView():
             plant, latest = vehicle.track(), vehicle.wheel_delays[-1]
             whole = parts[0][0].endswith("_whole")
             rule = (
-                frequency.whole_line(gain.middle(plant), longest_delay=latest, ripple=_RIPPLE, per_decade=panels)
+                quadrature.whole_line(hinf_norm.middle(plant), longest_delay=latest, ripple=_RIPPLE, per_decade=panels)
                 if whole
-                else frequency.gauss(latest, per_decade=panels)
+                else quadrature.gauss(latest, per_decade=panels)
             )
             suffix = "_whole" if whole else ""
             known = {f"J1z_{point}{suffix}": (f"acceleration_{point}", 100 / vehicle.g) for point in "LMT"}
         case QuarterCar():
-            rule = frequency.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
+            rule = quadrature.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
             plant = vehicle.road()
             known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)}
         case UserPlant():
             plant = vehicle.plant
             delay = float(plant.delays.max())
-            fine = round(panels * min(4.0, max(1.0, _LIGHT / gain.least_damping(plant))))
-            rule = frequency.whole_line(gain.middle(plant), longest_delay=delay, per_decade=fine)
+            fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
+            rule = quadrature.whole_line(hinf_norm.middle(plant), longest_delay=delay, per_decade=fine)
             known = {f"rms_{output}": (output, 1.0) for output in plant.outputs}
     for name, _ in parts:
         if name not in known:

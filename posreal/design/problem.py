@@ -21,7 +21,9 @@ from posreal.design.constraint import ROUNDING, Constraint, Range
 from posreal.design.goal import Goal
 from posreal.design.mounting import Mounting
 from posreal.errors import BadInput, Infeasible
-from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView, close, gain, override
+from posreal.plant import hinf_norm
+from posreal.plant.plant import Plant, close
+from posreal.vehicle import Metric, PlanView, QuarterCar, SideView, override
 from posreal.vehicle.metrics import (
     lateral_metrics,
     quarter_car_metrics,
@@ -213,7 +215,7 @@ class Problem:
             if name.startswith("gain_"):
                 plant = self.plant
                 loop = close(plant, {"secondary": state_space(port)})
-                top, omega = gain.largest(loop, name.removeprefix("gain_"), gain.grid(plant))
+                top, omega = hinf_norm.largest(loop, name.removeprefix("gain_"), hinf_norm.grid(plant))
                 found[name] = Metric(top, "1", f"at {omega:.4g} rad/s")
         if self.goal is not None:
             found[self.goal.name] = self.goal.of(found)

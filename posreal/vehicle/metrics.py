@@ -15,9 +15,10 @@ import numpy as np
 from posreal.admittance import Rational
 from posreal.admittance.state_space import StateSpace, state_space
 from posreal.errors import Infeasible
-from posreal.vehicle import covariance, damping, frequency, simulation
+from posreal.plant import h2_norm, quadrature, time_response
+from posreal.plant.plant import ClosedLoop, PortResponses, Real, close
+from posreal.vehicle import damping
 from posreal.vehicle.plan_view import PlanView
-from posreal.vehicle.plant import ClosedLoop, PortResponses, Real, close
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
 
@@ -50,9 +51,9 @@ def _secondary(device: Rational, s: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=256)
-def _lateral_responses(vehicle: PlanView, paper: bool) -> tuple[frequency.Quadrature, PortResponses]:
+def _lateral_responses(vehicle: PlanView, paper: bool) -> tuple[quadrature.Quadrature, PortResponses]:
     # the paper's sum is a midpoint rule that starts at Δω/2
-    rule = frequency.lateral_sum() if paper else frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=8)
+    rule = quadrature.lateral_sum() if paper else quadrature.gauss(vehicle.axle_delay, start=0.005, per_decade=8)
     return rule, vehicle.random_track().responses(rule.omega, "body_acceleration")
 
 
@@ -106,16 +107,16 @@ def worst_lateral_rms(vehicle: PlanView, device: Rational, speeds: Real = SPEEDS
 def curve_response(vehicle: PlanView, device: Rational, time: Real) -> Real:
     """Lateral displacement of the body (m) when entering the curve at t = 0 (curvature and cant rise over 3 s)."""
     loop = close(vehicle.curve_entry(), {"secondary": _as_state_space(device)})
-    return simulation.corner_response(loop, "body_displacement", list(CURVE), time)
+    return time_response.corner_response(loop, "body_displacement", list(CURVE), time)
 
 
 def curve_peak(vehicle: PlanView, device: Rational | StateSpace, *, duration: float = 8.0) -> float:
     """Max(yv): the largest lateral displacement of the body (m) on entering the curve."""
     loop = close(vehicle.curve_entry(), {"secondary": _as_state_space(device)})
     corners = list(CURVE)
-    return simulation.peak(lambda time: simulation.corner_response(loop, "body_displacement", corners, time), duration)[
-        0
-    ]
+    return time_response.peak(
+        lambda time: time_response.corner_response(loop, "body_displacement", corners, time), duration
+    )[0]
 
 
 def lateral_metrics(vehicle: PlanView, device: Rational) -> dict[str, Metric]:
@@ -142,8 +143,8 @@ def lateral_metrics(vehicle: PlanView, device: Rational) -> dict[str, Metric]:
 
 
 @lru_cache(maxsize=64)
-def _vertical_responses(vehicle: SideView, output: str, panels: int) -> tuple[frequency.Quadrature, PortResponses]:
-    rule = frequency.gauss(vehicle.wheel_delays[-1], per_decade=panels)
+def _vertical_responses(vehicle: SideView, output: str, panels: int) -> tuple[quadrature.Quadrature, PortResponses]:
+    rule = quadrature.gauss(vehicle.wheel_delays[-1], per_decade=panels)
     return rule, vehicle.track().responses(rule.omega, output)
 
 
@@ -156,7 +157,7 @@ def vertical_rms(vehicle: SideView, device: Rational, output: str) -> float:
         z, _ = port.closed(_secondary(device, 1j * rule.omega))
         return rule.rms(z, density) ** 2
 
-    return math.sqrt(frequency.refined(mean_square))
+    return math.sqrt(quadrature.refined(mean_square))
 
 
 def vertical_ride(vehicle: SideView, device: Rational, position: str) -> float:
@@ -166,7 +167,7 @@ def vertical_ride(vehicle: SideView, device: Rational, position: str) -> float:
 
 def vertical_ride_over_the_whole_band(vehicle: SideView, device: Rational, position: str) -> float:
     """J1z without its end at 20 Hz, in %g, by covariance: what a device does above counts too."""
-    return 100 * covariance.rms(vertical_loop(vehicle, device), f"acceleration_{position}") / vehicle.g
+    return 100 * h2_norm.rms(vertical_loop(vehicle, device), f"acceleration_{position}") / vehicle.g
 
 
 def vertical_loop(vehicle: SideView, device: Rational | StateSpace) -> ClosedLoop:
@@ -190,7 +191,7 @@ def slope_deflection(vehicle: SideView, device: Rational, end: str, time: Real) 
 
 
 def _slope(loop: ClosedLoop, end: str, time: Real) -> Real:
-    return simulation.corner_response(loop, f"deflection_{end}", list(SLOPE), time)
+    return time_response.corner_response(loop, f"deflection_{end}", list(SLOPE), time)
 
 
 def vertical_metrics(vehicle: SideView, device: Rational) -> dict[str, Metric]:
@@ -206,7 +207,7 @@ def vertical_metrics(vehicle: SideView, device: Rational) -> dict[str, Metric]:
         raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
     found = {f"J1z_{position}": Metric(vertical_ride(vehicle, device, position), "%g") for position in ("L", "M", "T")}
     for end in ("front", "rear"):
-        top, _ = simulation.peak(lambda time, end=end: _slope(loop, end, time), 8.0)  # type: ignore[misc]
+        top, _ = time_response.peak(lambda time, end=end: _slope(loop, end, time), 8.0)  # type: ignore[misc]
         spread = vertical_rms(vehicle, device, f"deflection_{end}")
         found[f"deflection_{end}"] = Metric(1e3 * top, "mm", "peak on the slope")
         found[f"deflection_rms_{end}"] = Metric(1e3 * spread, "mm", "r.m.s. on random track")
@@ -228,19 +229,19 @@ def quarter_car_by_frequency(vehicle: QuarterCar, device: Rational, output: str)
     plant = vehicle.road()
 
     def mean_square(panels: int) -> float:
-        rule = frequency.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
+        rule = quadrature.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
         z, _ = plant.responses(rule.omega, output).closed(_secondary(device, 1j * rule.omega))
         return rule.rms(z, plant.density) ** 2
 
-    return math.sqrt(frequency.refined(mean_square))
+    return math.sqrt(quadrature.refined(mean_square))
 
 
 def quarter_car_metrics(vehicle: QuarterCar, device: Rational) -> dict[str, Metric]:
     """J1 and J3 over the whole band, by covariance."""
     loop = quarter_car_loop(vehicle, device)
     return {
-        "J1": Metric(covariance.rms(loop, "acceleration"), "m/s^2"),
-        "J3": Metric(covariance.rms(loop, "tyre_force"), "N"),
+        "J1": Metric(h2_norm.rms(loop, "acceleration"), "m/s^2"),
+        "J3": Metric(h2_norm.rms(loop, "tyre_force"), "N"),
         "static_stiffness": Metric(float(device.static_stiffness), "N/m"),
     }
 

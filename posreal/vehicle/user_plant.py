@@ -1,7 +1,7 @@
 """A plant of the user's own, cut open where the device goes, with what stands beside and behind the device.
 
 Its figures are, for each output, ``rms_OUTPUT`` over all frequencies (exact delays, see
-:mod:`posreal.vehicle.covariance`), and ``gain_OUTPUT``, the H∞ norm, where it is asked for.
+:mod:`posreal.plant.h2_norm`), and ``gain_OUTPUT``, the H∞ norm, where it is asked for.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import numpy as np
 
 from posreal.admittance import Rational, state_space
 from posreal.errors import Infeasible
-from posreal.vehicle import covariance
+from posreal.plant import h2_norm
+from posreal.plant.plant import Plant, close
 from posreal.vehicle.metrics import Metric
-from posreal.vehicle.plant import Plant, close
 
 EDGE = 1e-14  # of the largest pole: a real part that rounding may have made
 
@@ -59,5 +59,5 @@ def user_metrics(own: UserPlant, port: Rational) -> dict[str, Metric]:
         )
     if growth >= 0:
         raise Infeasible(f"the plant is not stable with this device: a pole has real part {growth:.3g} 1/s")
-    found = {f"rms_{output}": Metric(covariance.rms(loop, output), "1") for output in own.plant.outputs}
+    found = {f"rms_{output}": Metric(h2_norm.rms(loop, output), "1") for output in own.plant.outputs}
     return found | {"static_stiffness": Metric(float(port.static_stiffness), "N/m")}

@@ -27,7 +27,8 @@ from posreal.design.synthesis.figures import (
 )
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, SideView, frequency, gain
+from posreal.plant import hinf_norm, quadrature
+from posreal.vehicle import PlanView, SideView
 from posreal.vehicle.metrics import CURVE, SLOPE
 
 Real = np.ndarray
@@ -134,7 +135,7 @@ def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
     opened = bool({"Kpy", "Cpy"} & set(problem.free))
     if metric.startswith("gain_"):
         plant = problem.plant
-        port = plant.responses(gain.grid(plant), metric.removeprefix("gain_"))
+        port = plant.responses(hinf_norm.grid(plant), metric.removeprefix("gain_"))
         return PortFigure(Inside(problem, scale, 1j * port.omega), port, LargestGain(len(plant.shares)))
     if metric == "max_yv" and isinstance(vehicle, PlanView):
         line = laplace_line(SECONDS, CURVE, 1e3)
@@ -146,7 +147,7 @@ def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
         return PortFigure(Inside(problem, scale, line.s), port, line)
     if isinstance(vehicle, SideView) and metric.startswith("deflection_rms_"):
         plant = vehicle.track()
-        rule = frequency.gauss(vehicle.wheel_delays[-1])
+        rule = quadrature.gauss(vehicle.wheel_delays[-1])
         port = plant.responses(rule.omega, "deflection_" + metric.removeprefix("deflection_rms_"))
         return PortFigure(
             Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)

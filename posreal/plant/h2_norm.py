@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from posreal.errors import Infeasible
-from posreal.vehicle.plant import ClosedLoop, channels
+from posreal.plant.plant import ClosedLoop, channels
 
 
 def rms(loop: ClosedLoop, output: str) -> float:

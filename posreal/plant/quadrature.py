@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from posreal.vehicle.plant import Complex, Real
+from posreal.plant.plant import Complex, Real
 
 BAND = 40 * math.pi
 """Upper end of the paper's band, rad/s (20 Hz)."""

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import expm
 
-from posreal.vehicle.plant import ClosedLoop, Real
+from posreal.plant.plant import ClosedLoop, Real
 
 
 def _modal(loop: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:

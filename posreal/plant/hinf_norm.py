@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from posreal.vehicle.plant import ClosedLoop, Plant
+from posreal.plant.plant import ClosedLoop, Plant
 
 POINTS = 2000  # on the logarithmic grid
 DECADES = (1e-2, 1e2)  # of the middle frequency of the poles
