@@ -79,7 +79,8 @@ def _ringing(problem: Problem, device: Rational) -> list[str]:
     if not isinstance(vehicle, SideView) or problem.goal is not None or problem.whole_band:
         return []
     port, position = problem.port(device), metric.removeprefix("J1z_")
-    whole, ends = vertical_ride_over_the_whole_band(vehicle, port, position), vertical_ride(vehicle, port, position)
+    whole = vertical_ride_over_the_whole_band(vehicle, port, position).value
+    ends = vertical_ride(vehicle, port, position)
     if whole < _RINGS * ends:
         return []
     return [
