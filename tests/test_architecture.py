@@ -15,9 +15,10 @@ MAY_IMPORT = {
     "network": {"errors", "admittance", "units"},
     "realise": {"errors", "admittance", "network"},
     "plant": {"errors", "admittance"},
-    "vehicle": {"errors", "admittance", "units", "plant"},
-    "design": {"errors", "admittance", "network", "units", "plant", "vehicle"},
-    "study": {"errors", "admittance", "network", "units", "plant", "vehicle", "realise", "design"},
+    "metric": {"errors", "admittance", "plant"},
+    "vehicle": {"errors", "admittance", "units", "plant", "metric"},
+    "design": {"errors", "admittance", "network", "units", "plant", "metric", "vehicle"},
+    "study": {"errors", "admittance", "network", "units", "plant", "metric", "vehicle", "realise", "design"},
 }
 
 

@@ -11,8 +11,7 @@ from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis import synthesise as search
 from posreal.design.threads import one_thread
-from posreal.vehicle import SideView
-from posreal.vehicle.metrics import vertical_ride, vertical_ride_over_the_whole_band
+from posreal.vehicle import measure
 
 _RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
 
@@ -75,12 +74,11 @@ def synthesise(
 
 def _ringing(problem: Problem, device: Rational) -> list[str]:
     """A sentence about a device whose ride ends at 20 Hz because it rings above, where the figure does not look."""
-    metric, vehicle = problem.base_objective, problem.vehicle
-    if not isinstance(vehicle, SideView) or problem.goal is not None or problem.whole_band:
+    metric, twin = problem.base_objective, f"{problem.base_objective}_whole"
+    if twin not in problem.vehicle.metrics or problem.goal is not None:
         return []
-    port, position = problem.port(device), metric.removeprefix("J1z_")
-    whole = vertical_ride_over_the_whole_band(vehicle, port, position).value
-    ends = vertical_ride(vehicle, port, position)
+    found = measure(problem.vehicle, {"secondary": problem.port(device)}, twin)
+    ends, whole = found[metric].value, found[twin].value
     if whole < _RINGS * ends:
         return []
     return [

@@ -14,7 +14,7 @@ import numpy as np
 from posreal.design import Design
 from posreal.errors import BadInput
 from posreal.study.reproduce import Reproduction
-from posreal.vehicle import PlanView, SideView
+from posreal.vehicle import PlanView, SideView, measure
 from posreal.vehicle import metrics as figures_of
 
 _STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
@@ -129,9 +129,9 @@ def figure9(reproduction: Reproduction) -> Any:
         for damping in dampings:
             changed = design.problem.with_vehicle({"Crz": float(damping)})
             port = changed.port(design.device, whole=design.whole)
-            assert isinstance(changed.vehicle, SideView)
+            found = measure(changed.vehicle, {"secondary": port})
             for position, values in ride.items():
-                values.append(figures_of.vertical_ride(changed.vehicle, port, position))
+                values.append(found[f"J1z_{position}"].value)
         for axis, values in zip(axes, ride.values(), strict=True):
             axis.plot(dampings / 1e3, values, linestyle=style, label=label)
     for axis, position in zip(axes, "LMT", strict=True):
