@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import minimize
 
-from posreal.design.constraint import Constraint
+from posreal.design.constraint import Constraint, damping_spare
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.ground import Ground, mean_square_metrics
@@ -90,13 +90,13 @@ class _Program:
     def slack(self, constraint: Constraint, watch: _Watch) -> Slack:
         """A constraint, scaled to order one."""
         if constraint.metric == "Ldmp":
-            floor = constraint.value / 100 * (1 + SAFETY)
+            floor = constraint.value / 100
             loop = self.loop
             assert loop is not None
 
             def damped(theta: Array) -> tuple[Array, Array]:
                 zeta, slope = loop.ratios(self.form, theta, watch.speeds)
-                return zeta / floor - 1, slope / floor
+                return damping_spare(zeta, slope.T, floor, SAFETY * floor) / floor, slope / floor
 
             return damped
         function = self.figure(constraint.metric)

@@ -182,7 +182,7 @@ class Judge:
         for _ in range(ROUNDS):
             requirements: list[Requirement] = [*self.limits]
             requirements += [
-                Damped(f.damping(at), f.ratio * (1 + SPARE)) for f, at in zip(self.floors, speeds, strict=True)
+                Damped(f.damping(at), f.ratio, SPARE) for f, at in zip(self.floors, speeds, strict=True)
             ]
             ends = finish_constrained(
                 self.objective,
