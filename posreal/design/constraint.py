@@ -69,4 +69,6 @@ def damping_spare(ratio: np.ndarray, slopes: np.ndarray, floor: float, room: flo
     floor : float
     room : float
     """
-    return ratio - floor - np.minimum(room, _OF_ITS_SLOPE * np.abs(slopes).max(axis=0, initial=0.0) - ROUNDING / 2 * floor)
+    return (
+        ratio - floor - np.minimum(room, _OF_ITS_SLOPE * np.abs(slopes).max(axis=0, initial=0.0) - ROUNDING / 2 * floor)
+    )

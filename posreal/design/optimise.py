@@ -15,6 +15,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from posreal.design.constraint import Constraint
 from posreal.design.element_values import ElementValues
 from posreal.design.guard import guarded
 from posreal.design.layout import Layout
+from posreal.design.objective import SETTLED, Modes, modes
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis.chart import Coordinates
@@ -96,14 +98,35 @@ class _Station:
         self._nominal = replace(posed, objective=problem.base_objective, points=())
         self._points = posed.at_points
         self._elements_at = {name: self.elements.at(point, layout) for name, point in self._points.items()}
-        self.objective: tuple[Figure, ...] = objective_figures(self._nominal, STRUT)
+        self._see(())
+
+    def _see(self, light: Modes) -> None:
+        """Put figures on grids that see some modes."""
+        self.objective: tuple[Figure, ...] = objective_figures(self._nominal, STRUT, light)
         for name, point in self._points.items():
-            self.objective += tuple(_There(one, self._elements_at[name]) for one in objective_figures(point, STRUT))
+            there = objective_figures(point, STRUT, light)
+            self.objective += tuple(_There(one, self._elements_at[name]) for one in there)
         self.limits = {
-            c.metric: AtMost(c.metric, figure_of(self._at(c.point), c.base, STRUT), c.value)
-            for c in problem.constraints
+            c.metric: AtMost(c.metric, figure_of(self._at(c.point), c.base, STRUT, light), c.value)
+            for c in self.problem.constraints
             if c.sense == "<="
         }
+
+    def settled(self, design: Design, point: Point) -> _Station:
+        """One whose grids see a design as it is: this one, if they do to :data:`.objective.SETTLED`."""
+        closer = copy(self)
+        closer._see(modes(design.problem, design.port))
+        seen, there = self._numbers(point), closer._numbers(point)
+        return self if np.all(np.abs(seen - there) <= SETTLED * np.abs(there)) else closer
+
+    def _numbers(self, point: Point) -> Array:
+        """The objective and what is limited."""
+        figures: list[Figure] = []
+        for c in self.problem.constraints:
+            if c.metric in self.limits:
+                one = self.limits[c.metric].figure
+                figures.append(_There(one, self._elements_at[c.point]) if c.point else one)
+        return np.array([self.value(self.objective, point), *(self.value((one,), point) for one in figures)])
 
     def _at(self, point: str) -> Problem:
         return self._points[point] if point else self._nominal
@@ -268,6 +291,7 @@ def _from_start(station: _Station, start: Point) -> tuple[Design | None, str]:
     """Polish one start until the constraints hold as the metrics measure them; or why it led nowhere."""
     watch = _Watch()
     design: Design | None = None
+    kept: list[Design] = []
     for _ in range(_ROUNDS):
         reason = "the local search ran off to infinity"
         for point in _polish(station, start, watch):
@@ -278,12 +302,15 @@ def _from_start(station: _Station, start: Point) -> tuple[Design | None, str]:
                 continue
             design, start = found, point
             if design.feasible:
-                return design, ""
+                kept.append(design)
+                break
         if design is None:
             return None, reason
-        if not _look_closer(station, start, design, watch):
+        closer = station.settled(design, start)
+        if closer is station and (design.feasible or not _look_closer(station, start, design, watch)):
             break
-    return design, ""
+        station = closer
+    return min(kept, key=lambda one: one.objective.value, default=design), ""
 
 
 def _look_closer(station: _Station, point: Point, design: Design, watch: _Watch) -> bool:
