@@ -25,6 +25,7 @@ from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem, Vehicle
 from posreal.errors import BadInput
 from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, UserPlant, close, frequency, gain
+from posreal.vehicle.metrics import SPEEDS
 
 Complex = np.ndarray
 Modes = tuple[tuple[float, float], ...]
@@ -142,10 +143,11 @@ def graded(rule: frequency.Quadrature, found: Modes) -> frequency.Quadrature:
 
 
 def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 12, light: Modes = ()) -> MeanSquare:
-    """The problem's mean-square objective (Macc at the vehicle's speed where the objective is gauging).
+    """The problem's mean-square objective (Macc where the objective is gauging).
 
-    ``J1z_…`` to 20 Hz and ``Macc``/``J1y`` on the paper's band by a Gauss rule; the others, ``J1z_…_whole`` among them,
-    on the whole axis. The norm of several figures of one vehicle is a mean square too.
+    Macc, the largest over all speeds, is taken at the highest. ``J1z_…`` to 20 Hz and ``Macc``/``J1y`` on the paper's
+    band by a Gauss rule; the others, ``J1z_…_whole`` among them, on the whole axis. The norm of several figures of one
+    vehicle is a mean square too.
 
     Parameters
     ----------
@@ -174,6 +176,8 @@ def _mean_square(
 ) -> MeanSquare:
     match vehicle:
         case PlanView():
+            if parts[0][0] == "Macc":  # the largest over all speeds, which is at the highest
+                vehicle = vehicle.at(float(SPEEDS[-1]))
             rule = frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
             plant = vehicle.random_track(primary_open=primary_open)
             known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))

@@ -11,10 +11,12 @@ quadrature sees exceeded are tightened, until everything holds.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -22,9 +24,9 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
+from posreal.design.caveats import reported
 from posreal.design.constraint import Constraint
 from posreal.design.element_values import ElementValues
-from posreal.design.guard import guarded
 from posreal.design.layout import Layout
 from posreal.design.objective import SETTLED, Modes, modes
 from posreal.design.problem import Problem
@@ -44,6 +46,8 @@ Array = np.ndarray
 _SAFETY = 1e-7  # relative room that a constraint is given where the metric missed it
 _NEAR = 0.1  # relative miss of a constraint that may be due to the search's own quadrature
 _ROUNDS = 5
+_SEEN, _ALIKE = (0.1, 300.0), 0.05  # rad/s; relative difference of two admittances there that are taken for the same
+_FULL = 10  # elements whose every limit is looked at
 _SCREENED = 7  # power of two of the points that starts are chosen from
 _WATCHED = (float(SPEEDS[0]), *SPEEDS[9::15].tolist(), float(SPEEDS[-1]))
 _FEW = tuple(SPEEDS[[0, 27, -1]].tolist())
@@ -214,6 +218,27 @@ def _screened(station: _Station, count: int, seed: int) -> Iterator[Point]:
     yield from (points[i] for i in order[:count])
 
 
+def _default(station: _Station) -> list[Point]:
+    """The default suspension as values of the layout, elements that it lacks at whichever bound is no element."""
+    problem, elements = station.problem.original, station.elements
+    if problem.default_port is None or elements.size > _FULL:
+        return []
+    s = 1j * np.geomspace(*_SEEN, 13)
+    beside = problem.layout_mounting.beside
+    around, target = (0.0 if beside is None else np.asarray(beside(s))), np.asarray(problem.default_port(s))
+    ends = np.array(list(itertools.product(*elements.bounds))).reshape(-1, elements.size)
+    trials = [ends]
+    if isinstance(problem.vehicle, PlanView):
+        c = math.log(problem.vehicle.Csy)
+        dampers = [name[0] == "c" for name in elements.names]
+        trials += [np.where(np.arange(elements.size) == i, c, ends) for i in np.flatnonzero(dampers)]
+    points = np.clip(np.vstack(trials), elements.lower, elements.upper)
+    off = [float(np.abs((elements.device(theta)(s) + around) / target - 1).max()) for theta in points]
+    best = int(np.argmin(off))
+    own = {name: float(getattr(problem.vehicle, name)) for name in station.free}
+    return [(points[best], own)] if off[best] < _ALIKE else []
+
+
 @one_thread
 def optimise(
     problem: Problem,
@@ -231,7 +256,8 @@ def optimise(
     problem : Problem
     layout : Layout
     starts : int
-        Local searches, from the best of 128 points spread over the bounds.
+        Local searches, from the best of 128 points spread over the bounds; one more begins at the default suspension
+        where the layout has it as a limit.
     seed : int
     jobs : int
         Starts that run side by side (joblib).
@@ -253,7 +279,8 @@ def optimise(
     """
     began = time.perf_counter()
     station = _Station(problem, layout)
-    points = list(_screened(station, starts, seed))
+    default = _default(station)
+    points = [*_screened(station, starts, seed), *default]
     run = Parallel(n_jobs=jobs, return_as="generator")(delayed(_from_start)(station, point) for point in points)
     candidates: list[Design] = []
     refused = ""
@@ -265,19 +292,23 @@ def optimise(
         else:
             refused = reason
         if progress is not None:
-            progress(f"{layout.name}: start {number}/{starts}: {design.objective if design else reason}")
-    if not candidates:
+            progress(f"{layout.name}: start {number}/{len(points)}: {design.objective if design else reason}")
+    known: list[Design] = []
+    for point in default:
+        with suppress(PosrealError):  # a vehicle that is not stable
+            known += [design for design in [_measured(station, point)] if design.feasible]
+    if not candidates and not known:
         raise Infeasible(
             f"no values of layout {layout.name} were found that meet the constraints of {problem.name}: {refused}"
         )
-    best = min(candidates, key=lambda design: design.objective.value)
+    best = min([*candidates, *known], key=lambda design: design.objective.value)
     agreed = sum(design.objective.value <= best.objective.value * 1.001 for design in candidates)
-    return guarded(
+    return reported(
         replace(
             best,
             found={
                 "method": "SLSQP on element values, exact gradients",
-                "starts": starts,
+                "starts": len(points),
                 "agreed": agreed,
                 "seed": seed,
                 "seconds": round(time.perf_counter() - began, 2),

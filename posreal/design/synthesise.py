@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from posreal.admittance import Rational
-from posreal.design.guard import guarded
+from posreal.design.caveats import reported
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis import synthesise as search
 from posreal.design.threads import one_thread
-from posreal.vehicle import SideView
-from posreal.vehicle.metrics import vertical_ride, vertical_ride_over_the_whole_band
-
-_RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
 
 
 @one_thread
@@ -53,7 +48,7 @@ def synthesise(
     reached = {name: result.reached_by(name) for name in ("bmi", "ph")}
     beside = [name for name, allowed in (("spring", spring), ("inerter", inerter)) if allowed]
     changed = problem.with_vehicle(result.parameters)
-    return guarded(
+    return reported(
         Design(
             " + ".join([f"order {order}", *beside]),
             changed,
@@ -67,22 +62,7 @@ def synthesise(
                 "agreed": result.agreeing,
                 "seed": result.seed,
                 "seconds": round(result.seconds, 2),
-                "notes": [*result.notes, *_ringing(changed, result.device)],
+                "notes": list(result.notes),
             },
         )
     )
-
-
-def _ringing(problem: Problem, device: Rational) -> list[str]:
-    """A sentence about a device whose ride ends at 20 Hz because it rings above, where the figure does not look."""
-    metric, vehicle = problem.base_objective, problem.vehicle
-    if not isinstance(vehicle, SideView) or problem.goal is not None or problem.whole_band:
-        return []
-    port, position = problem.port(device), metric.removeprefix("J1z_")
-    whole, ends = vertical_ride_over_the_whole_band(vehicle, port, position), vertical_ride(vehicle, port, position)
-    if whole < _RINGS * ends:
-        return []
-    return [
-        f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above 20 Hz: "
-        f"--objective whole-band minimises that instead, --limit {metric}_whole=… keeps it low"
-    ]

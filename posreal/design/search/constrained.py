@@ -228,17 +228,16 @@ def _polished(fine: _Program, box: Box, theta: Array) -> tuple[float, Array] | N
     watch = _Watch(_WATCHED if lateral else np.array([]), _corrections(fine, theta))
     for _ in range(GRIDS):
         theta = fine.solve(theta, box, watch, iterations=150, tolerance=1e-12)
-        everywhere = _Watch(SPEEDS if lateral else watch.speeds, _corrections(fine, theta))
         closer = _Program(fine.problem, fine.form, fine.ground.closer(fine.form, theta))
+        everywhere = _Watch(SPEEDS if lateral else watch.speeds, _corrections(closer, theta))
         seen, there = fine.figure(None)(theta)[0], closer.figure(None)(theta)[0]
-        if fine.shortfall(theta, everywhere) <= SAFETY / 2 and abs(there - seen) <= SETTLED:
+        if closer.shortfall(theta, everywhere) <= SAFETY / 2 and abs(there - seen) <= SETTLED:
             return math.exp(there), theta
         speeds = watch.speeds
         if fine.loop is not None:
             floor = next((c.value for c in fine.problem.constraints if c.metric == "Ldmp"), 0.0) / 100
             speeds = np.union1d(speeds, SPEEDS[fine.loop.least_ratios(fine.form, theta, SPEEDS) < floor])
-        fine = closer
-        watch = _Watch(speeds, _corrections(fine, theta))
+        fine, watch = closer, _Watch(speeds, everywhere.correction)
     return None
 
 
@@ -252,8 +251,9 @@ def _corrections(program: _Program, theta: Array) -> dict[str, float]:
     values = np.exp(theta)
     tuned = problem.with_vehicle(dict(zip(problem.free, values[count:].tolist(), strict=True)))
     assert isinstance(tuned.vehicle, PlanView)
-    summed = lateral_rms(tuned.vehicle, tuned.port(valued(form, values[:count].tolist()).admittance()))
-    return {metric: summed / math.exp(program.figure(metric)(theta)[0]) for metric in limited}
+    port = tuned.port(valued(form, values[:count].tolist()).admittance())
+    at = {"Macc": tuned.vehicle.at(float(SPEEDS[-1])), "J1y": tuned.vehicle}
+    return {metric: lateral_rms(at[metric], port) / math.exp(program.figure(metric)(theta)[0]) for metric in limited}
 
 
 _LOOPS: dict[tuple[object, ...], LateralLoop] = {}

@@ -3,9 +3,9 @@
 Screening and descent run on a coarse frequency grid, polishing on a fine one; a winner whose figure is another on a
 grid that sees its own modes (:mod:`posreal.design.objective`) is polished again on that one. Where the open plant is
 light itself, a coarse grid may miss a mode of any device, and several of the best are looked at that closely. Besides
-random starts there are warm ones: the optimum of each network that this one has as a limit, with the lost element just short of its
-border, so that a network is never found worse than its limits. Where the problem has constraints, the polishing is
-done by SLSQP with the constraints of :mod:`posreal.design.search.lateral`.
+random starts there are warm ones: the optimum of each network that this one has as a limit, with the lost element just
+short of its border, so that a network is never found worse than its limits. Where the problem has constraints, the
+polishing is done by SLSQP with the constraints of :mod:`posreal.design.search.lateral`.
 """
 
 from __future__ import annotations
