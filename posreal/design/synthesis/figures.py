@@ -243,10 +243,13 @@ class PortFigure:
         """The grid in scaled time."""
         return self.inside.s / self.inside.scale.omega
 
+    def response(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Complex:
+        """z on the grid for a scaled device."""
+        return self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])[0]
+
     def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
         """The numbers for a scaled device."""
-        z, _ = self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])
-        return self.gain * self.functional(z)[0]
+        return self.gain * self.functional(self.response(device, parameters))[0]
 
     def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
@@ -288,14 +291,19 @@ class PeakGain:
 
     def tops(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> PortFigure:
         """The gains at the frequencies of the maxima, the largest first."""
-        size = self._everywhere.values(device, parameters)
+
+        def sizes(figure: PortFigure) -> Real:
+            z = figure.response(device, parameters).reshape(len(self.problem.plant.shares), -1)
+            return np.asarray(np.linalg.norm(z, axis=0))
+
+        size = sizes(self._everywhere)
         at = largest(size)
         beside = np.clip([at - 1, at + 1], 0, len(size) - 1)
         top = size[at] >= size[beside].max(axis=0)
         low, high = np.log(self.omega[np.where(top, beside, at)])
         for _ in range(NARROWED):
             trial = np.linspace(low, high, FAN)
-            size = self._at(np.exp(trial.ravel())).values(device, parameters).reshape(trial.shape)
+            size = sizes(self._at(np.exp(trial.ravel()))).reshape(trial.shape)
             at, row = size.argmax(axis=0), np.arange(len(low))
             low, middle, high = (trial[np.clip(at + step, 0, FAN - 1), row] for step in (-1, 0, 1))
         # a parabola through the last three, where they are three
