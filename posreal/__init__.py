@@ -46,12 +46,13 @@ from posreal.network.latex import latex
 from posreal.network.picture import save_picture
 from posreal.network.spice import spice
 from posreal.network.table import table
+from posreal.plant.plant import Plant
 from posreal.realise import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce
 from posreal.study.sweep import Sweep, sweep
-from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView
+from posreal.vehicle import Metric, PlanView, QuarterCar, SideView
 
 __version__ = "0.1.0"
 

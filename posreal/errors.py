@@ -47,6 +47,10 @@ class Infeasible(PosrealError):
     exit_code = 1
 
 
+class Unsettled(Infeasible):
+    """A figure that two independent methods, and longer arithmetic, do not agree on: it is not printed."""
+
+
 def listed(names: Iterable[object]) -> str:
     """``a, b or c``: what would have been accepted, for the end of a message."""
     words = [str(name) for name in names]

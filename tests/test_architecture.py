@@ -14,9 +14,10 @@ MAY_IMPORT = {
     "units": {"errors", "admittance"},
     "network": {"errors", "admittance", "units"},
     "realise": {"errors", "admittance", "network"},
-    "vehicle": {"errors", "admittance", "units"},
-    "design": {"errors", "admittance", "network", "units", "vehicle"},
-    "study": {"errors", "admittance", "network", "units", "vehicle", "realise", "design"},
+    "plant": {"errors", "admittance"},
+    "vehicle": {"errors", "admittance", "units", "plant"},
+    "design": {"errors", "admittance", "network", "units", "plant", "vehicle"},
+    "study": {"errors", "admittance", "network", "units", "plant", "vehicle", "realise", "design"},
 }
 
 

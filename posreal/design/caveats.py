@@ -40,7 +40,8 @@ def _ringing(design: Design) -> list[str]:
     if not isinstance(vehicle, SideView) or problem.goal is not None or problem.whole_band:
         return []
     position = metric.removeprefix("J1z_")
-    whole, ends = vertical_ride_over_the_whole_band(vehicle, design.port, position), design.metrics[metric].value
+    whole = vertical_ride_over_the_whole_band(vehicle, design.port, position).value
+    ends = design.metrics[metric].value
     if whole < _RINGS * ends:
         return []
     said = (
@@ -50,7 +51,7 @@ def _ringing(design: Design) -> list[str]:
     before, port = problem.original.vehicle, problem.original.default_port
     assert isinstance(before, SideView)
     assert port is not None
-    default = vertical_ride_over_the_whole_band(before, port, position)
+    default = vertical_ride_over_the_whole_band(before, port, position).value
     lost = 100 * (whole / default - 1)
     return [said, f"over all frequencies {metric} is {_worse(lost)}"] if lost > 0 else [said]
 

@@ -1,6 +1,6 @@
 """Mean-square metrics as smooth functions of the device's values on a frequency grid.
 
-J = √(S Σₖ wₖ |zₖ|²) with z = z(Y) from the port (:class:`posreal.vehicle.PortResponses`), so
+J = √(S Σₖ wₖ |zₖ|²) with z = z(Y) from the port (:class:`posreal.plant.plant.PortResponses`), so
 
     dJ = Re Σₖ gₖ dYₖ,      gₖ = (S wₖ/J) z̄ₖ ∂zₖ/∂Yₖ
 
@@ -24,7 +24,9 @@ from posreal.admittance import Rational, state_space
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem, Vehicle
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, PortResponses, QuarterCar, SideView, UserPlant, close, frequency, gain
+from posreal.plant import hinf_norm, quadrature
+from posreal.plant.plant import PortResponses, close
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 from posreal.vehicle.metrics import SPEEDS
 
 Complex = np.ndarray
@@ -57,7 +59,7 @@ class MeanSquare:
         Share of each pair of an output and a process in the weight.
     """
 
-    rule: frequency.Quadrature
+    rule: quadrature.Quadrature
     port: PortResponses
     scale: float
     squares: tuple[float, ...] = (1.0,)
@@ -125,7 +127,7 @@ def beside(found: Modes) -> np.ndarray:
     )
 
 
-def graded(rule: frequency.Quadrature, found: Modes) -> frequency.Quadrature:
+def graded(rule: quadrature.Quadrature, found: Modes) -> quadrature.Quadrature:
     """A Gauss rule with its panels cut beside modes."""
     if not found:
         return rule
@@ -136,7 +138,7 @@ def graded(rule: frequency.Quadrature, found: Modes) -> frequency.Quadrature:
     cuts = beside(found)
     edge = np.unique(np.concatenate([low, cuts[(cuts > low[0]) & (cuts < high)], [high]]))
     half, middle = np.diff(edge) / 2, (edge[1:] + edge[:-1]) / 2
-    return frequency.Quadrature(
+    return quadrature.Quadrature(
         np.concatenate([(middle[:, None] + half[:, None] * _NODES).ravel(), omega[~inner].ravel()]),
         np.concatenate([(half[:, None] * _WEIGHTS).ravel(), weight[~inner].ravel()]),
     )
@@ -178,28 +180,28 @@ def _mean_square(
         case PlanView():
             if parts[0][0] == "Macc":  # the largest over all speeds, which is at the highest
                 vehicle = vehicle.at(float(SPEEDS[-1]))
-            rule = frequency.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
+            rule = quadrature.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
             plant = vehicle.random_track(primary_open=primary_open)
             known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
         case SideView():
             plant, latest = vehicle.track(), vehicle.wheel_delays[-1]
             whole = parts[0][0].endswith("_whole")
             rule = (
-                frequency.whole_line(gain.middle(plant), longest_delay=latest, ripple=_RIPPLE, per_decade=panels)
+                quadrature.whole_line(hinf_norm.middle(plant), longest_delay=latest, ripple=_RIPPLE, per_decade=panels)
                 if whole
-                else frequency.gauss(latest, per_decade=panels)
+                else quadrature.gauss(latest, per_decade=panels)
             )
             suffix = "_whole" if whole else ""
             known = {f"J1z_{point}{suffix}": (f"acceleration_{point}", 100 / vehicle.g) for point in "LMT"}
         case QuarterCar():
-            rule = frequency.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
+            rule = quadrature.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
             plant = vehicle.road()
             known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)}
         case UserPlant():
             plant = vehicle.plant
             delay = float(plant.delays.max())
-            fine = round(panels * min(4.0, max(1.0, _LIGHT / gain.least_damping(plant))))
-            rule = frequency.whole_line(gain.middle(plant), longest_delay=delay, per_decade=fine)
+            fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
+            rule = quadrature.whole_line(hinf_norm.middle(plant), longest_delay=delay, per_decade=fine)
             known = {f"rms_{output}": (output, 1.0) for output in plant.outputs}
     for name, _ in parts:
         if name not in known:

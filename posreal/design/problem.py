@@ -16,14 +16,17 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from posreal.admittance import Rational, state_space
+from posreal.admittance import Rational
 from posreal.design.constraint import ROUNDING, Constraint, Range
 from posreal.design.goal import Goal
 from posreal.design.mounting import Mounting
 from posreal.errors import BadInput, Infeasible
-from posreal.vehicle import Metric, Plant, PlanView, QuarterCar, SideView, close, gain, override
+from posreal.plant.figures import ClosedPlant
+from posreal.plant.plant import Plant
+from posreal.vehicle import Metric, PlanView, QuarterCar, SideView, override
 from posreal.vehicle.metrics import (
     lateral_metrics,
+    metric,
     quarter_car_metrics,
     vertical_metrics,
     vertical_ride_over_the_whole_band,
@@ -208,12 +211,10 @@ class Problem:
         for name in sorted(asked):
             if isinstance(self.vehicle, SideView) and name.endswith("_whole"):
                 position = name.removeprefix("J1z_").removesuffix("_whole")
-                found[name] = Metric(vertical_ride_over_the_whole_band(self.vehicle, port, position), "%g")
+                found[name] = vertical_ride_over_the_whole_band(self.vehicle, port, position)
             if name.startswith("gain_"):
-                plant = self.plant
-                loop = close(plant, {"secondary": state_space(port)})
-                top, omega = gain.largest(loop, name.removeprefix("gain_"), gain.grid(plant))
-                found[name] = Metric(top, "1", f"at {omega:.4g} rad/s")
+                top, omega = ClosedPlant(self.plant, {"secondary": port}).largest_gain(name.removeprefix("gain_"))
+                found[name] = metric(top, "1", f"at {omega:.4g} rad/s")
         if self.goal is not None:
             found[self.goal.name] = self.goal.of(found)
         return found

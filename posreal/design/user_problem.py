@@ -28,7 +28,8 @@ from posreal.design.goal import Goal
 from posreal.design.named import limited
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, listed
-from posreal.vehicle import Plant, UserPlant
+from posreal.plant.plant import Plant
+from posreal.vehicle import UserPlant
 
 _LARGEST = 200  # states: beyond that a search is hours, and the plant wants a reduction first
 

@@ -12,8 +12,10 @@ from typing import Any
 
 from posreal.design import Design
 from posreal.errors import BadInput
+from posreal.plant import h2_norm, time_response
+from posreal.plant.plant import ClosedLoop
 from posreal.study.text import table
-from posreal.vehicle import ClosedLoop, PlanView, QuarterCar, SideView, UserPlant, covariance, metrics, simulation
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant, metrics
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def _three(
     seed: int,
     duration: float,
 ) -> ThreeWays:
-    value, error = simulation.monte_carlo(loop, output, seed=seed, duration=duration)
+    value, error = time_response.monte_carlo(loop, output, seed=seed, duration=duration)
     band = "all frequencies" if metric in ("J1", "J3") else "to 20 Hz"
-    by_covariance = scale * covariance.rms(loop, output)
+    by_covariance = scale * h2_norm.rms(loop, output)
     return ThreeWays(metric, unit, band, by_frequency, by_covariance, scale * value, scale * error)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from posreal.vehicle.plant import Complex, Real
+from posreal.plant.plant import Complex, Real
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ from typing import ClassVar
 import numpy as np
 
 from posreal.errors import BadInput
-from posreal.vehicle.base_motion import SecondOrder
+from posreal.plant.plant import Plant, Real, ShapingFilter
+from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
-from posreal.vehicle.plant import Plant, Real, ShapingFilter
 
 _TABLE1 = "Jiang2012, Table 1"
 

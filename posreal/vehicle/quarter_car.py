@@ -14,9 +14,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from posreal.vehicle.base_motion import SecondOrder
+from posreal.plant.plant import Plant
+from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
-from posreal.vehicle.plant import Plant
 
 _PS = "PS2006, section V"
 

@@ -24,9 +24,9 @@ import numpy as np
 
 from posreal.admittance import Rational
 from posreal.errors import BadInput
-from posreal.vehicle.base_motion import SecondOrder
+from posreal.plant.plant import Plant
+from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
-from posreal.vehicle.plant import Plant
 
 _TABLE4 = "Jiang2012, Table 4"
 

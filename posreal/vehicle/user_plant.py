@@ -1,7 +1,7 @@
 """A plant of the user's own, cut open where the device goes, with what stands beside and behind the device.
 
 Its figures are, for each output, ``rms_OUTPUT`` over all frequencies (exact delays, see
-:mod:`posreal.vehicle.covariance`), and ``gain_OUTPUT``, the H∞ norm, where it is asked for.
+:mod:`posreal.plant.figures`), and ``gain_OUTPUT``, the H∞ norm, where it is asked for.
 """
 
 from __future__ import annotations
@@ -9,15 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from posreal.admittance import Rational, state_space
-from posreal.errors import Infeasible
-from posreal.vehicle import covariance
-from posreal.vehicle.metrics import Metric
-from posreal.vehicle.plant import Plant, close
-
-EDGE = 1e-14  # of the largest pole: a real part that rounding may have made
+from posreal.admittance import Rational
+from posreal.plant.figures import ClosedPlant
+from posreal.plant.plant import Plant
+from posreal.vehicle.metrics import Metric, metric
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +44,7 @@ def user_metrics(own: UserPlant, port: Rational) -> dict[str, Metric]:
     Infeasible
         If the closed plant is not stable.
     """
-    loop = close(own.plant, {"secondary": state_space(port)})
-    poles = loop.poles()
-    growth, size = float(poles.real.max()), float(np.abs(poles).max())
-    if abs(growth) <= EDGE * size:
-        raise Infeasible(
-            f"the plant is on the edge of stability with this device: beside a pole at {size:.3g} rad/s one has no "
-            "damping; if the best device locks the port or leaves it open, add a limit or another output"
-        )
-    if growth >= 0:
-        raise Infeasible(f"the plant is not stable with this device: a pole has real part {growth:.3g} 1/s")
-    found = {f"rms_{output}": Metric(covariance.rms(loop, output), "1") for output in own.plant.outputs}
+    loop = ClosedPlant(own.plant, {"secondary": port})
+    loop.require_stable("the plant")
+    found = {f"rms_{output}": metric(loop.rms(output), "1") for output in own.plant.outputs}
     return found | {"static_stiffness": Metric(float(port.static_stiffness), "N/m")}

@@ -17,7 +17,7 @@ from posreal.design.layout import ElementRule, Layout
 from posreal.design.objective import graded, modes
 from posreal.design.search import search
 from posreal.network import parse
-from posreal.vehicle import frequency
+from posreal.plant import quadrature
 
 M, K = 1000.0, 1.5e6
 
@@ -121,7 +121,7 @@ def test_synthesis_sees_the_light_mode():
 def test_a_graded_rule_sees_a_resonance_of_any_width(ratio):
     for omega in (0.37, 12.0, 91.0):
         sigma = ratio * omega
-        rule = graded(frequency.whole_line(10.0), ((omega, sigma),))
+        rule = graded(quadrature.whole_line(10.0), ((omega, sigma),))
         seen = float(rule.weight @ (1 / ((rule.omega - omega) ** 2 + sigma**2)))
         exact = (math.pi / 2 + math.atan(omega / sigma)) / sigma
         assert seen == pytest.approx(exact, rel=1e-8)

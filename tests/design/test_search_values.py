@@ -114,7 +114,7 @@ def test_poles_ratios_and_peaks(name):
     values, tuned = loop.split(("+", "b", "c"), theta)
     here = posed.with_vehicle({name: tuned[name] for name in posed.free})
     port = here.port(valued(("+", "b", "c"), values.tolist()).admittance())
-    assert peak == pytest.approx(curve_peak(here.vehicle, port), rel=1e-7)
+    assert peak == pytest.approx(curve_peak(here.vehicle, port).value, rel=1e-7)
     numeric = differences(lambda t: np.array(abs(loop.peak(("+", "b", "c"), t)[0])), theta, step=1e-4)
     assert slope == pytest.approx(numeric, rel=1e-3, abs=1e-5)
 

@@ -21,7 +21,7 @@ from posreal.design.synthesis.scale import reference
 from posreal.design.synthesis.storage import port_hamiltonian
 from posreal.design.user_problem import problem_from_plant
 from posreal.errors import BadInput, NotPositiveReal
-from posreal.vehicle import close
+from posreal.plant.plant import close
 from posreal.vehicle.metrics import least_damping
 
 # Positive-real optima without and with a parallel inerter: k = 60 kN/m, J1 of [PS2006]'s quarter-car.

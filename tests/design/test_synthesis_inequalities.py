@@ -29,7 +29,7 @@ from posreal.design.synthesis.scale import reference
 from posreal.design.synthesis.semidefinite import Affine, Shape
 from posreal.design.synthesis.storage import port_hamiltonian
 from posreal.design.user_problem import problem_from_plant
-from posreal.vehicle import close
+from posreal.plant.plant import close
 
 
 @pytest.mark.parametrize("seed", range(4))

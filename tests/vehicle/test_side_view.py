@@ -13,7 +13,8 @@ from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import layout, optimise, problem
 from posreal.design.objective import mean_square
 from posreal.network import parse
-from posreal.vehicle import SideView, covariance, metrics, simulation
+from posreal.plant import h2_norm, time_response
+from posreal.vehicle import SideView, metrics
 from tests import published
 from tests.vehicle import naive
 
@@ -79,7 +80,7 @@ def test_ride_three_ways(output, damping):
     """To 20 Hz by Gauss panels, whole band by covariance with delays, and on a simulated track."""
     port = BARE | (Rational.spring(VEHICLE.bush) + Rational.damper(damping))
     loop = metrics.vertical_loop(VEHICLE, port)
-    to_20_hz, whole = metrics.vertical_rms(VEHICLE, port, output), covariance.rms(loop, output)
+    to_20_hz, whole = metrics.vertical_rms(VEHICLE, port, output), h2_norm.rms(loop, output)
 
     def density(omega: float) -> float:
         return loop.density * abs(loop.response(np.array([omega]), output)[0]) ** 2
@@ -87,7 +88,7 @@ def test_ride_three_ways(output, damping):
     edges = np.concatenate([np.linspace(40 * math.pi, 900, 40), np.geomspace(1000, 1e5, 30)])
     above = sum(quad(density, a, b, limit=200)[0] for a, b in itertools.pairwise(edges))
     assert to_20_hz**2 + above == pytest.approx(whole**2, rel=2e-5)
-    simulated, error = simulation.monte_carlo(loop, output, seed=7, duration=1500)
+    simulated, error = time_response.monte_carlo(loop, output, seed=7, duration=1500)
     assert abs(simulated - whole) < 4 * error
 
 
@@ -121,7 +122,7 @@ def test_slope_is_that_of_a_stepped_simulation():
     velocity = np.column_stack([np.clip(0.4 * (time - tau), 0, 0.4) for tau in VEHICLE.wheel_delays])
     loop = metrics.vertical_loop(VEHICLE, BARE)
     for end in ("front", "rear"):
-        plain = simulation.stepped(loop, f"deflection_{end}", velocity, step)
+        plain = time_response.stepped(loop, f"deflection_{end}", velocity, step)
         np.testing.assert_allclose(metrics.slope_deflection(VEHICLE, BARE, end, time), plain, atol=1e-7)
 
 
@@ -146,7 +147,7 @@ def test_sharp_resonances_are_resolved():
     port = BARE | (Rational.spring(5e6) + (Rational.inerter(200) | Rational.spring(2e5) | Rational.damper(3)))
     loop = metrics.vertical_loop(VEHICLE, port)
     assert metrics.vertical_rms(VEHICLE, port, "acceleration_M") == pytest.approx(
-        math.sqrt(covariance.rms(loop, "acceleration_M") ** 2 - _above(loop)), rel=1e-5
+        math.sqrt(h2_norm.rms(loop, "acceleration_M") ** 2 - _above(loop)), rel=1e-5
     )
 
 

@@ -30,8 +30,9 @@ from posreal.design.bound.space import Point, Space, identity
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, Infeasible, listed
-from posreal.vehicle import PlanView, QuarterCar, SideView, covariance, gain
-from posreal.vehicle.plant import ClosedLoop, Plant, close
+from posreal.plant import h2_norm, hinf_norm
+from posreal.plant.plant import ClosedLoop, Plant, close
+from posreal.vehicle import PlanView, QuarterCar, SideView
 from posreal.vehicle.user_plant import UserPlant
 
 SQUARES, SUM, PEAK = "squares", "sum", "peak"
@@ -116,8 +117,8 @@ class Figure:
         if self.combine == PEAK:
             stable(loop)
             ((name, factor),) = gains.items()
-            return factor * gain.largest(loop, name, gain.grid(self.plant))[0]
-        parts = [factor * covariance.rms(loop, name) for name, factor in gains.items()]
+            return factor * hinf_norm.largest(loop, name, hinf_norm.grid(self.plant))[0]
+        parts = [factor * h2_norm.rms(loop, name) for name, factor in gains.items()]
         return sum(parts) if self.combine == SUM else math.hypot(*parts)
 
     def mobility(self, port: int) -> Rational:

@@ -26,8 +26,8 @@ from posreal.design.mounting import Mounting
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
 from posreal.errors import BadDevice, BadInput, listed
+from posreal.plant.plant import Plant, ShapingFilter
 from posreal.vehicle import QuarterCar
-from posreal.vehicle.plant import Plant, ShapingFilter
 from posreal.vehicle.user_plant import UserPlant
 
 _FORMAT = "posreal bound 1"

@@ -30,7 +30,7 @@ from posreal.design.bound.ports import SQUARES, Figure, enclosed
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import Point, in_words, width
 from posreal.errors import BadInput, PosrealError
-from posreal.vehicle.plant import close
+from posreal.plant.plant import close
 
 Array = np.ndarray
 Progress = Callable[[str], None]

@@ -29,7 +29,8 @@ from posreal.design.objective import MeanSquare, Modes, graded, mean_square, mod
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
 from posreal.network.topologies import Form, letters, valued
-from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant, frequency
+from posreal.plant import quadrature
+from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped
 
@@ -205,7 +206,7 @@ def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: in
     if metric.startswith(_DEFLECTION):
         vehicle = problem.vehicle
         assert isinstance(vehicle, SideView)
-        rule = graded(frequency.gauss(vehicle.wheel_delays[-1], per_decade=panels), light)
+        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1], per_decade=panels), light)
         plant = vehicle.track()
         port = plant.responses(rule.omega, f"deflection_{metric.removeprefix(_DEFLECTION)}")
         return MeanSquare(rule, port, plant.density * 1e6)  # mm²

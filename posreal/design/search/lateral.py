@@ -21,9 +21,9 @@ from posreal.design.search.batch import Array
 from posreal.design.search.fraction import matrices
 from posreal.design.search.ground import Scale
 from posreal.network.topologies import Form, letters, network
+from posreal.plant.plant import close
+from posreal.plant.time_response import corner_response
 from posreal.vehicle import PlanView, damping
-from posreal.vehicle.plant import close
-from posreal.vehicle.simulation import corner_response
 
 MODES = 3  # least damped modes of each speed that are watched: enough that two can change places
 _RAMP = 3.0  # seconds from the straight into the full curve, as in posreal.vehicle.metrics

@@ -23,7 +23,8 @@ from posreal.design.search.batch import Array
 from posreal.design.search.descent import descend
 from posreal.design.search.ground import Ground
 from posreal.network.topologies import Form, key, letters
-from posreal.vehicle import PlanView, UserPlant, gain
+from posreal.plant import hinf_norm
+from posreal.vehicle import PlanView, UserPlant
 
 FINE = 12  # panels a decade of the frequency grids
 GRIDS = 6  # in a row, each made for the modes of what the one before led to
@@ -173,7 +174,7 @@ def best_values(
 
 def has_light_modes(problem: Problem) -> bool:
     """Whether the open plant's own modes are so light that a coarse grid may not see the closed one's."""
-    return isinstance(problem.vehicle, UserPlant) and gain.least_damping(problem.plant) < NARROW
+    return isinstance(problem.vehicle, UserPlant) and hinf_norm.least_damping(problem.plant) < NARROW
 
 
 def apart(value: Array) -> list[int]:

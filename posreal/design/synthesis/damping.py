@@ -23,7 +23,8 @@ import numpy as np
 from posreal.admittance import StateSpace
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
-from posreal.vehicle import Plant, PlanView
+from posreal.plant.plant import Plant
+from posreal.vehicle import PlanView
 
 Real = np.ndarray
 Complex = np.ndarray

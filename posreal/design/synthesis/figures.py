@@ -29,7 +29,7 @@ from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
-from posreal.vehicle import PortResponses
+from posreal.plant.plant import PortResponses
 
 Real = np.ndarray
 Complex = np.ndarray

@@ -29,8 +29,8 @@ from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
+from posreal.plant.plant import Plant, channels
 from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
-from posreal.vehicle.plant import Plant, channels
 
 Real = np.ndarray
 

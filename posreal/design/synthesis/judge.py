@@ -27,7 +27,8 @@ from posreal.design.synthesis.figures import Figure
 from posreal.design.synthesis.finish import finish
 from posreal.design.synthesis.measured import figure_of, objective_figures
 from posreal.design.synthesis.scale import Scale
-from posreal.vehicle import PlanView, UserPlant, close
+from posreal.plant.plant import close
+from posreal.vehicle import PlanView, UserPlant
 
 Real = np.ndarray
 Complex = np.ndarray

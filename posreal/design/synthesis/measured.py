@@ -27,7 +27,8 @@ from posreal.design.synthesis.figures import (
 )
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
-from posreal.vehicle import PlanView, SideView, frequency, gain
+from posreal.plant import hinf_norm, quadrature
+from posreal.vehicle import PlanView, SideView
 from posreal.vehicle.metrics import CURVE, SLOPE
 
 Real = np.ndarray
@@ -133,7 +134,7 @@ def _figure(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> P
     vehicle = problem.vehicle
     opened = bool({"Kpy", "Cpy"} & set(problem.free))
     if metric.startswith("gain_"):
-        omega = np.union1d(gain.grid(problem.plant), beside(light))
+        omega = np.union1d(hinf_norm.grid(problem.plant), beside(light))
         return PeakGain(problem, scale, metric.removeprefix("gain_"), omega)
     if metric == "max_yv" and isinstance(vehicle, PlanView):
         line = laplace_line(SECONDS, CURVE, 1e3)
@@ -145,7 +146,7 @@ def _figure(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> P
         return PortFigure(Inside(problem, scale, line.s), port, line)
     if isinstance(vehicle, SideView) and metric.startswith("deflection_rms_"):
         plant = vehicle.track()
-        rule = graded(frequency.gauss(vehicle.wheel_delays[-1]), light)
+        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1]), light)
         port = plant.responses(rule.omega, "deflection_" + metric.removeprefix("deflection_rms_"))
         return PortFigure(
             Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)

@@ -9,28 +9,30 @@ as long as ω h ≪ 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from scipy.linalg import expm
 
-from posreal.vehicle.plant import ClosedLoop, Real
+from posreal.plant.modes import Corners, Modes, modes
+from posreal.plant.plant import ClosedLoop, Real
+
+_WINDOW = 8.0  # s, looked at in any case
+_STEP = 1e-2  # s, between samples where no mode needs a closer look
+_PER_RADIAN = 0.4  # of the fastest mode that can be seen: its peak is missed by 2 % of its size at most
+_NEAR = 0.95  # of the largest sample: a local maximum that may be the largest
+_BLOCK = 2000  # samples at a time
+_UNSEEN = 1e-7  # of the largest mode: what cannot move a peak's digits
+_SETTLED = 1e-9  # of a peak
 
 
-def _modal(loop: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and eigenvectors of A."""
-    poles, vectors = np.linalg.eig(loop.A)
-    return poles.astype(complex), vectors.astype(complex)
-
-
-def corner_response(loop: ClosedLoop, output: str, corners: list[tuple[float, float]], time: Real) -> Real:
+def corner_response(loop: ClosedLoop, output: str, corners: Corners, time: Real) -> Real:
     """Response to an input made of ramps, exact at every instant of `time`.
 
     Parameters
     ----------
     loop : ClosedLoop
     output : str
-    corners : list of (instant, change of slope)
+    corners : sequence of (instant, change of slope)
         w(t) = Σ change · max(0, t − instant): a ramp from 0 to 1 in 3 s is ``[(0, 1/3), (3, −1/3)]``.
     time : (N,) seconds
 
@@ -38,40 +40,63 @@ def corner_response(loop: ClosedLoop, output: str, corners: list[tuple[float, fl
     -------
     (N,) response of the output, from rest, all channels with their delays.
     """
-    j = loop.output(output)
-    poles, vectors = _modal(loop)
-    left = loop.C[j] @ vectors
-    right = np.linalg.solve(vectors, loop.B.astype(complex))
-    z = np.zeros(len(time))
-    for channel, delay in enumerate(loop.delays):
-        gain = left * right[:, channel]
-        for instant, change in corners:
-            t = np.maximum(time - instant - delay, 0.0)
-            phase = np.multiply.outer(t, poles)
-            # ∫∫ e^{λt}: (e^{λt} − 1 − λt)/λ², by its series where λt is small
-            small = np.abs(phase) < 1e-4
-            safe = np.where(small, 1.0, phase)
-            ramp = np.where(small, 0.5 + phase / 6, (np.exp(safe) - 1.0 - safe) / safe**2) * t[:, None] ** 2
-            z += change * ((ramp @ gain).real + loop.D[j, channel] * t)
-    return z
+    return modes(loop).ramp(time, corners, output)
 
 
-def peak(response: Callable[[Real], Real], stop: float, *, step: float = 1e-2) -> tuple[float, float]:
-    """Largest absolute value of a smooth response on [0, stop] and its instant, refined between samples.
+def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
+    """The largest |z(t)| over all t ≥ 0 and its instant, infinite where it is a limit that is never reached.
+
+    The samples are as close as the fastest mode that can be seen needs, and go on until what is left of the transients
+    cannot bring anything larger: behind the last corner the response is its limit and modes that decay.
 
     Parameters
     ----------
-    response : function of an (N,) array of instants
-    stop, step : seconds
+    of : Modes
+        Of a stable loop.
+    output : str
+    corners : sequence of (instant, change of slope)
+        The changes add up to 0, so that the input becomes constant.
     """
-    time = np.arange(0.0, stop + step, step)
-    z = np.abs(response(time))
-    top = int(np.argmax(z))
+    j = of.outputs.index(output)
+    changes = sum(abs(change) for _, change in corners)
+    last = max(instant for instant, _ in corners) + float(of.delays.max())
+    limit = -float(of.at(np.zeros(1, complex))[j, :, 0].real.sum()) * sum(
+        change * instant for instant, change in corners
+    )
+    ramps = np.abs(of.residues[j]).sum(axis=0) * changes / np.abs(of.poles) ** 2  # of each mode, behind its corners
+    decay = -of.poles.real
+    seen = ramps > _UNSEEN * max(float(ramps.max()), abs(limit))
+    step = min(_STEP, _PER_RADIAN / float(np.abs(of.poles[seen]).max(initial=1.0)))
+    start, stop, best = 0.0, max(_WINDOW, last + _STEP), 0.0
+    candidates: list[tuple[float, float]] = []
+    while True:
+        for low in np.arange(start, stop, step * _BLOCK):
+            time = low + step * np.arange(-1, _BLOCK + 1)
+            z = np.abs(of.ramp(time, corners, output))
+            best = max(best, float(z.max()))
+            top = np.flatnonzero((z[1:-1] >= z[:-2]) & (z[1:-1] >= z[2:]) & (z[1:-1] >= _NEAR * best)) + 1
+            candidates += zip(z[top].tolist(), time[top].tolist(), strict=True)
+        left = float(ramps @ np.exp(-decay * (stop - last)))
+        if abs(limit) + left <= best * (1 + _SETTLED):
+            break
+        if left <= _SETTLED * abs(limit):
+            candidates.append((abs(limit), math.inf))
+            break
+        start, stop = stop, 1.5 * stop
+    return max(
+        (value, at) if math.isinf(at) else _refined(of, output, corners, at, step)
+        for value, at in candidates
+        if value >= _NEAR * best
+    )
+
+
+def _refined(of: Modes, output: str, corners: Corners, at: float, step: float) -> tuple[float, float]:
+    """The local maximum of |z| about `at`, and its instant."""
     for _ in range(3):
-        fine = np.linspace(time[max(top - 1, 0)], time[min(top + 1, len(time) - 1)], 41)
-        z = np.abs(response(fine))
-        time, top = fine, int(np.argmax(z))
-    return float(z[top]), float(time[top])
+        fine = np.linspace(at - step, at + step, 41)
+        z = np.abs(of.ramp(fine, corners, output))
+        at, step = float(fine[int(np.argmax(z))]), step / 20
+    return float(z.max()), at
 
 
 def monte_carlo(
@@ -97,19 +122,18 @@ def monte_carlo(
     from scipy.signal import lfilter  # slow to import, and only this needs it
 
     rng = np.random.default_rng(seed)
-    poles, vectors = _modal(loop)
+    of = modes(loop)
+    poles = of.poles
     settle = 12.0 / float(-poles.real.max()) + float(loop.delays.max())
     step = _step_for(loop.delays, step)
     count = math.ceil((settle + duration) / step)
     noise = rng.normal(scale=math.sqrt(math.pi * loop.density / step), size=count)
     j = loop.output(output)
-    left = loop.C[j] @ vectors
-    right = np.linalg.solve(vectors, loop.B.astype(complex))
     z = np.zeros(count)
     for channel, delay in enumerate(loop.delays):
         shift = round(delay / step)
         late = np.concatenate([np.zeros(shift), noise[: count - shift]])
-        for pole, gain in zip(poles, left * right[:, channel], strict=True):
+        for pole, gain in zip(poles, of.residues[j, channel], strict=True):
             decay = np.exp(pole * step)
             z += lfilter([0.0, gain * (decay - 1.0) / pole], [1.0, -decay], late).real
         z += loop.D[j, channel] * late

@@ -3,8 +3,8 @@
 Of several independent inputs it is the largest singular value, for one output the root of the sum of squares; densities
 do not enter.
 
-The response is sampled on a logarithmic grid with the frequencies of all poles in it, and refined around each of the
-largest samples; delays are exact, which a Hamiltonian test could not take.
+The response is sampled on a logarithmic grid with the frequencies of all poles in it, and refined around every local
+maximum that comes near the largest; delays are exact, which a Hamiltonian test could not take.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from posreal.vehicle.plant import ClosedLoop, Plant
+from posreal.plant.plant import ClosedLoop, Plant
 
 POINTS = 2000  # on the logarithmic grid
 DECADES = (1e-2, 1e2)  # of the middle frequency of the poles
+_NEAR = 0.9  # of the largest sample: a local maximum that may be the largest
 
 
 def grid(plant: Plant, points: int = POINTS) -> np.ndarray:
@@ -49,7 +50,8 @@ def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, fl
     omega = np.unique(np.concatenate([omega, own, own * 0.999, own * 1.001]))
     gain = size(omega)
     best = (float(gain.max()), float(omega[int(np.argmax(gain))]))
-    for i in np.argsort(-gain)[:3]:
+    inner = np.concatenate([[-np.inf], gain, [-np.inf]])
+    for i in map(int, np.flatnonzero((gain >= inner[:-2]) & (gain >= inner[2:]) & (gain >= _NEAR * best[0]))):
         low, high = np.log(omega[max(i - 1, 0)]), np.log(omega[min(i + 1, len(omega) - 1)])
         found = minimize_scalar(
             lambda x: -float(size(np.exp([x]))[0]),

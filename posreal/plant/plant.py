@@ -15,11 +15,12 @@ map in Y.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import matrix_balance
 
 from posreal.admittance.state_space import StateSpace
 
@@ -207,6 +208,13 @@ class ClosedLoop:
     def poles(self) -> Complex:
         """Eigenvalues of A, rad/s."""
         return np.linalg.eigvals(self.A).astype(complex)
+
+    def balanced(self) -> ClosedLoop:
+        """The same loop in coordinates in which A is balanced (by powers of 2, so that nothing rounds)."""
+        if not len(self.A):
+            return self
+        A, (scale, _) = matrix_balance(self.A, permute=False, separate=True)
+        return replace(self, A=A, B=self.B / scale[:, None], C=self.C * scale)
 
     def output(self, name: str) -> int:
         """Index of output `name` in z."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from posreal.vehicle.plant import Real
+from posreal.plant.plant import Real
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,258 @@
+"""The figures of a closed plant, each computed by two methods that share nothing but the plant.
+
+| figure | first | second | where they disagree |
+|---|---|---|---|
+| r.m.s. on a band | port map, quadrature placed by the poles | closed form by modes | exact polynomials: residues |
+| sum over a grid | port map | modes | exact polynomials |
+| r.m.s. over all frequencies | Lyapunov equation | exact polynomials: residues | the same: correlations |
+| largest gain | state space, refined | port map on the placed grid | exact polynomials, there |
+| peak in time | modes | exact polynomials: residues | the same: companion exponential |
+
+A figure is returned with the relative difference of the two methods that agree on it. Where no two agree to
+`AGREED`, the answer is a sentence and no number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from posreal.admittance import Rational, exact, state_space
+from posreal.admittance.state_space import StateSpace
+from posreal.errors import Infeasible, Unsettled
+from posreal.plant import exact_loop, h2_norm, hinf_norm, quadrature, time_response
+from posreal.plant.modes import Corners, Modes, modes
+from posreal.plant.plant import ClosedLoop, Complex, Plant, Real, close
+
+AGREED = 5e-7
+"""Relative difference of two methods at which the six digits that are printed are settled."""
+_SURE = 1e-9  # of the fastest pole: a real part that rounding has not made
+_MOST_POINTS = 400_000  # of a placed grid, some seconds
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A figure in SI units, and how far apart the two methods are that agree on it, relative to it."""
+
+    value: float
+    apart: float = 0.0
+
+    def __mul__(self, factor: float) -> Measured:
+        """In another unit."""
+        return Measured(self.value * factor, self.apart)
+
+
+def settled(name: str, ways: Sequence[Callable[[], float]]) -> Measured:
+    """The figure on which two of the `ways` agree; later ways are only gone where the earlier ones disagree.
+
+    The last way that agrees is the one whose value is taken: the ways are in the order of their cost and accuracy.
+
+    Raises
+    ------
+    Unsettled
+        If no two agree to `AGREED`.
+    """
+    found: list[float] = []
+    for way in ways:
+        try:
+            value = way()
+        except (ArithmeticError, ValueError, Unsettled):  # of rounding: a mean square that came out negative, say
+            continue
+        if not math.isfinite(value):
+            continue
+        for other in found:
+            apart = abs(value - other) / max(abs(value), 1e-300) if value != other else 0.0
+            if apart <= AGREED:
+                return Measured(value, apart)
+        found.append(value)
+    values = " and ".join(f"{value:.6g}" for value in found[-2:]) or "nothing"
+    raise Unsettled(f"{name} cannot be told: independent methods give {values}; the device is too near to undamped")
+
+
+class ClosedPlant:
+    """A plant with devices in its ports, and its figures.
+
+    Parameters
+    ----------
+    plant : Plant
+    devices : mapping of group name to Rational
+        The admittance in every port, whatever stands beside and behind the device included.
+    """
+
+    def __init__(self, plant: Plant, devices: Mapping[str, Rational]) -> None:
+        self.plant, self.devices = plant, dict(devices)
+        self._transfers: dict[str, exact_loop.Transfer] = {}
+        self._bands: dict[float, dict[str, float]] = {}
+
+    @cached_property
+    def loop(self) -> ClosedLoop:
+        """The closed loop without the shaping filter."""
+        inside: dict[str, StateSpace] = {name: state_space(device) for name, device in self.devices.items()}
+        return close(self.plant, inside, shaped=False).balanced()
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Every output as a sum over modes, shaping filter included."""
+        return modes(self.loop, self.plant.shaping)
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Of the loop and of the shaping filter, rad/s."""
+        shaping = self.plant.shaping
+        own = self.loop.poles()
+        return own if shaping is None else np.concatenate([own, np.linalg.eigvals(shaping.A)])
+
+    def transfer(self, output: str) -> exact_loop.Transfer:
+        """The exact transfer functions to `output`."""
+        if output not in self._transfers:
+            self._transfers[output] = exact_loop.transfer(self.plant, self.devices, output)
+        return self._transfers[output]
+
+    def require_stable(self, what: str = "the vehicle") -> None:
+        """Do nothing if every mode that an output sees decays; what floats cannot tell is decided exactly.
+
+        Raises
+        ------
+        Infeasible
+            Otherwise.
+        """
+        poles = self.loop.poles()
+        growth, size = float(poles.real.max(initial=-1.0)), float(np.abs(poles).max(initial=1.0))
+        if growth < -_SURE * size:
+            return
+        if growth > _SURE * size:
+            raise Infeasible(f"{what} is not stable with this device: a pole has real part {growth:.3g} 1/s")
+        if not all(self.transfer(output).stable for output in self.plant.outputs):
+            raise Infeasible(
+                f"{what} is on the edge of stability with this device, or beyond: beside a pole at {size:.3g} rad/s "
+                "one has no damping; if the best device locks the port or leaves it open, add a limit or another output"
+            )
+
+    # --- root mean squares --------------------------------------------------------------------------------------
+
+    def band_rms(self, outputs: Sequence[str], stop: float = quadrature.BAND) -> dict[str, Measured]:
+        """Root mean square of each of `outputs` from 0 to `stop`, rad/s."""
+        by_port = cache(lambda: self._on_placed_grid(tuple(outputs), stop))
+        return {
+            name: settled(
+                f"the r.m.s. of {name}",
+                (
+                    lambda name=name: math.sqrt(self._by_modes(stop)[name]),  # type: ignore[misc]
+                    lambda name=name: math.sqrt(by_port()[name]),  # type: ignore[misc]
+                    lambda name=name: math.sqrt(self._exactly_on_placed_grid(name, stop)),  # type: ignore[misc]
+                    lambda name=name: math.sqrt(self.transfer(name).band_mean_square(0.0, stop)),  # type: ignore[misc]
+                ),
+            )
+            for name in outputs
+        }
+
+    def _by_modes(self, stop: float) -> dict[str, float]:
+        """Mean squares of every output in closed form."""
+        if stop not in self._bands:
+            squares = self.modes.mean_squares(0.0, stop).tolist()
+            self._bands[stop] = dict(zip(self.modes.outputs, squares, strict=True))
+        return self._bands[stop]
+
+    def _placed(self, poles: Complex, stop: float) -> quadrature.Quadrature:
+        delay = float(self.plant.delays.max(initial=0.0))
+        if stop * delay > _MOST_POINTS:
+            raise Unsettled(f"a delay of {delay:g} s ripples too often up to {stop:g} rad/s to be followed")
+        return quadrature.placed(poles, delay, 0.0, stop)
+
+    def _on_placed_grid(self, outputs: tuple[str, ...], stop: float) -> dict[str, float]:
+        """Mean squares by the port map."""
+        rule = self._placed(self.poles, stop)
+        port = self.plant.responses(rule.omega, *outputs)
+        z, _ = port.closed(self._admittances(rule.omega))
+        squares = (np.abs(z) ** 2).reshape(len(outputs), len(self.plant.shares), -1) @ rule.weight
+        return dict(zip(outputs, (self.plant.density * squares @ np.array(self.plant.shares)).tolist(), strict=True))
+
+    def _exactly_on_placed_grid(self, output: str, stop: float) -> float:
+        transfer = self.transfer(output)
+        poles = np.array([complex(pole.real.mid(), pole.imag.mid()) for pole in transfer.poles()])
+        rule = self._placed(poles, stop)
+        return transfer.weighted_sum(rule.omega, rule.weight)
+
+    def rms(self, output: str) -> Measured:
+        """Root mean square over all frequencies; infinite where white noise passes straight through."""
+        transfer = self.transfer(output)
+        if not transfer.strictly_proper:
+            return Measured(math.inf)
+
+        def by_covariance() -> float:
+            loop = close(self.plant, {name: state_space(device) for name, device in self.devices.items()})
+            return math.sqrt(h2_norm.mean_square(loop, output))
+
+        return settled(
+            f"the r.m.s. of {output}",
+            (
+                by_covariance,
+                lambda: math.sqrt(transfer.mean_square_by_residues()),
+                lambda: math.sqrt(transfer.mean_square()),
+            ),
+        )
+
+    def rms_by_frequency(self, output: str) -> float:
+        """The same by quadrature on the whole axis, for a plant without delays."""
+        top = 2 * float(np.abs(self.poles).max(initial=1.0))
+        rule = quadrature.beyond(self.poles, top)
+        z, _ = self.plant.responses(rule.omega, output).closed(self._admittances(rule.omega))
+        squares = (np.abs(z) ** 2).reshape(len(self.plant.shares), -1) @ rule.weight
+        above = self.plant.density * float(squares @ np.array(self.plant.shares))
+        return math.sqrt(self._on_placed_grid((output,), top)[output] + above)
+
+    def summed_rms(self, output: str, rule: quadrature.Quadrature, by_port: Callable[[], float]) -> Measured:
+        """√(Σ |z|² S Δω) over an even grid; `by_port` computes it from the port map."""
+        step = float(rule.weight[0])
+        return settled(
+            f"the sum for {output}",
+            (
+                by_port,
+                lambda: math.sqrt(self.modes.summed(rule.omega, step, output)),
+                lambda: math.sqrt(self.transfer(output).weighted_sum(rule.omega, rule.weight)),
+            ),
+        )
+
+    # --- gains and peaks -----------------------------------------------------------------------------------------
+
+    def largest_gain(self, output: str) -> tuple[Measured, float]:
+        """The largest gain over all frequencies (of several processes, singular value) and its frequency, rad/s."""
+        top = 10 * float(np.abs(self.poles).max(initial=1.0))
+        grid = np.concatenate([self._placed(self.poles, top).omega, hinf_norm.grid(self.plant)])
+        value, omega = hinf_norm.largest(self.loop, output, grid)
+
+        def by_port() -> float:
+            at = np.append(grid, omega)
+            z, _ = self.plant.responses(at, output).closed(self._admittances(at))
+            return float(np.linalg.norm(z.reshape(-1, len(at)), axis=0).max())
+
+        exactly = lambda: self.transfer(output).gain(omega)  # noqa: E731
+        return settled(f"the largest gain to {output}", (lambda: value, by_port, exactly)), omega
+
+    def _admittances(self, omega: Real) -> dict[str, Complex]:
+        return {name: np.asarray(device(1j * omega)) for name, device in self.devices.items()}
+
+    def peak(self, output: str, corners: Corners) -> tuple[Measured, float]:
+        """The largest |z(t)| after an input made of ramps, and its instant in s (infinite: the limit)."""
+        value, instant = time_response.peak(self.modes, output, corners)
+        if math.isinf(instant):
+            return settled(f"the limit of {output}", (lambda: value, lambda: self._limit(output, corners))), instant
+        transfer = self.transfer(output)
+        measured = settled(
+            f"the peak of {output}",
+            (
+                lambda: value,
+                lambda: abs(transfer.ramp(instant, corners)),
+                lambda: abs(transfer.ramp_by_exponential(instant, corners)),
+            ),
+        )
+        return measured, instant
+
+    def _limit(self, output: str, corners: Corners) -> float:
+        z = self.transfer(output)
+        static = sum(exact.to_float(top[0] / z.denominator[0]) for driven in z.numerators for top, _ in driven)
+        return abs(static * sum(change * instant for instant, change in corners))
