@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from posreal.metric import Measured
 
 ROUNDING = 1e-9  # of a constraint's value: a miss that is none
 BINDING = 1e-4  # of a constraint's value: what is left where it decides the design
+_OF_ITS_SLOPE = 1e-3  # the room that a mode is asked for, of what a design's logarithms move it by
 
 
 @dataclass(frozen=True)
@@ -51,3 +54,21 @@ class Range:
 
     lower: float
     upper: float
+
+
+def damping_spare(ratio: np.ndarray, slopes: np.ndarray, floor: float, room: float) -> np.ndarray:
+    """What modes have above a damping ratio, less the `room` that a search keeps so that rounding leaves it kept.
+
+    A mode that the design hardly moves (a wheelset's, at walking pace) cannot be given any room. It may then stand on
+    the floor itself, to half of :data:`ROUNDING`: asked for more, a search would look in vain for a slope.
+
+    Parameters
+    ----------
+    ratio : (M,) damping ratios
+    slopes : (n, M) in the logarithms of what is designed
+    floor : float
+    room : float
+    """
+    return (
+        ratio - floor - np.minimum(room, _OF_ITS_SLOPE * np.abs(slopes).max(axis=0, initial=0.0) - ROUNDING / 2 * floor)
+    )

@@ -5,6 +5,10 @@ J = √(S Σₖ wₖ |zₖ|²) with z = z(Y) from the port (:class:`posreal.plan
     dJ = Re Σₖ gₖ dYₖ,      gₖ = (S wₖ/J) z̄ₖ ∂zₖ/∂Yₖ
 
 and any parametrisation of the device chains onto that by dY/dθ: element values, state-space matrices.
+
+|z|² is as narrow about a pole −σ + jω of the closed loop as σ. A rule whose panels grow by a factor of three from σ on
+either side of ω sees it to nine digits, however light it is; but the poles are the device's, so a search looks again
+at the poles of what it has found, and goes on from there on a grid that is right for it (:func:`modes`).
 """
 
 from __future__ import annotations
@@ -16,16 +20,24 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from posreal.admittance import Rational, state_space
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem, Vehicle
 from posreal.errors import BadInput
 from posreal.plant import hinf_norm, quadrature
-from posreal.plant.plant import PortResponses
+from posreal.plant.plant import PortResponses, close
 from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
+from posreal.vehicle.metrics import SPEEDS
 
 Complex = np.ndarray
+Modes = tuple[tuple[float, float], ...]
+"""Frequency ω and decay rate σ of poles −σ ± jω, rad/s."""
 
+SETTLED = 1e-8  # relative change of a figure on a grid made for its own closed loop that counts as none
+NARROW = 0.02  # damping ratio of a mode that 48 panels a decade may not see
 _LIGHT = 0.04  # damping ratio of a resonance that 12 panels a decade see to a thousandth of its mean square
+_BROAD = 0.3  # damping ratio of a mode that any panel sees to rounding
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _RIPPLE = (
     3000.0  # rad/s, to which delays are followed over the whole band: beyond it is 1e-6 of the side view's mean square
 )
@@ -76,11 +88,68 @@ class MeanSquare:
         return J, slopes["secondary"] * inner
 
 
-def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 12) -> MeanSquare:
-    """The problem's mean-square objective (Macc at the vehicle's speed where the objective is gauging).
+def modes(problem: Problem, port: Rational) -> Modes:
+    """The modes of the vehicle closed with `port` that a grid may not see, at every operating point.
 
-    ``J1z_…`` to 20 Hz and ``Macc``/``J1y`` on the paper's band by a Gauss rule; the others, ``J1z_…_whole`` among them,
-    on the whole axis. The norm of several figures of one vehicle is a mean square too.
+    Parameters
+    ----------
+    problem : Problem
+        With the vehicle as designed.
+    port : Rational
+        The whole admittance in its port.
+    """
+    found = _modes(problem, port)
+    for point, changed in zip(problem.at_points.values(), problem.points, strict=True):
+        found |= _modes(point, problem.port_at(point, port, changed))
+    return tuple(sorted(found))
+
+
+def _modes(problem: Problem, port: Rational) -> set[tuple[float, float]]:
+    poles = close(problem.plant, {"secondary": state_space(port)}, shaped=False).poles()
+    poles = poles[(poles.imag > 0) & (-poles.real < _BROAD * np.abs(poles))]
+    return {(float(p.imag), float(max(-p.real, 1e-9 * p.imag))) for p in poles}
+
+
+def narrow(found: Modes) -> bool:
+    """Whether a mode is so narrow that panels as wide as any may have missed it."""
+    return any(sigma < NARROW * omega for omega, sigma in found)
+
+
+def beside(found: Modes) -> np.ndarray:
+    """Frequencies at which modes are seen: ω ± σ 3ᵏ, to half of ω."""
+    return np.unique(
+        [
+            omega + sign * sigma * 3.0**k
+            for omega, sigma in found
+            for k in range(max(1, math.ceil(math.log(0.5 * omega / sigma, 3))))
+            for sign in (-1, 0, 1)
+        ]
+    )
+
+
+def graded(rule: quadrature.Quadrature, found: Modes) -> quadrature.Quadrature:
+    """A Gauss rule with its panels cut beside modes."""
+    if not found:
+        return rule
+    omega, weight = rule.omega.reshape(-1, len(_NODES)), rule.weight.reshape(-1, len(_NODES))
+    inner = omega[:, 0] < omega[:, -1]  # not the panel that goes on to infinity, whose nodes descend
+    half, middle = weight[inner].sum(axis=1) / 2, omega[inner].mean(axis=1)
+    low, high = middle - half, float((middle + half)[-1])
+    cuts = beside(found)
+    edge = np.unique(np.concatenate([low, cuts[(cuts > low[0]) & (cuts < high)], [high]]))
+    half, middle = np.diff(edge) / 2, (edge[1:] + edge[:-1]) / 2
+    return quadrature.Quadrature(
+        np.concatenate([(middle[:, None] + half[:, None] * _NODES).ravel(), omega[~inner].ravel()]),
+        np.concatenate([(half[:, None] * _WEIGHTS).ravel(), weight[~inner].ravel()]),
+    )
+
+
+def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 12, light: Modes = ()) -> MeanSquare:
+    """The problem's mean-square objective (Macc where the objective is gauging).
+
+    Macc, the largest over all speeds, is taken at the highest. ``J1z_…`` to 20 Hz and ``Macc``/``J1y`` on the paper's
+    band by a Gauss rule; the others, ``J1z_…_whole`` among them, on the whole axis. The norm of several figures of one
+    vehicle is a mean square too.
 
     Parameters
     ----------
@@ -89,6 +158,8 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
         Leave the primary lateral suspension of the plan view open as port group ``primary``.
     panels : int
         Panels a decade of the Gauss rule; results are always re-measured by the metrics' own quadrature.
+    light : Modes
+        Of the closed loop, beside which panels are cut.
 
     Raises
     ------
@@ -98,13 +169,17 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
     name = problem.objective if problem.objective != "max_yv" else "Macc"
     norm = problem.goal is not None and problem.goal.kind == "norm"
     parts = problem.goal.parts if norm and problem.goal is not None else ((name, 1.0),)
-    return _mean_square(problem.vehicle, tuple(parts), primary_open, panels)
+    return _mean_square(problem.vehicle, tuple(parts), primary_open, panels, light)
 
 
 @lru_cache(maxsize=128)
-def _mean_square(vehicle: Vehicle, parts: tuple[tuple[str, float], ...], primary_open: bool, panels: int) -> MeanSquare:
+def _mean_square(
+    vehicle: Vehicle, parts: tuple[tuple[str, float], ...], primary_open: bool, panels: int, light: Modes
+) -> MeanSquare:
     match vehicle:
         case PlanView():
+            if parts[0][0] == "Macc":  # the largest over all speeds, which is at the highest
+                vehicle = vehicle.at(float(SPEEDS[-1]))
             rule = quadrature.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
             plant = vehicle.random_track(primary_open=primary_open)
             known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
@@ -131,6 +206,7 @@ def _mean_square(vehicle: Vehicle, parts: tuple[tuple[str, float], ...], primary
     for name, _ in parts:
         if name not in known:
             raise BadInput(f"{name} is not a mean-square figure of the {vehicle.name} vehicle")
+    rule = graded(rule, light)
     port = plant.responses(rule.omega, *(known[name][0] for name, _ in parts))
     squares = tuple((weight * known[name][1]) ** 2 * share for name, weight in parts for share in plant.shares)
     return MeanSquare(rule, port, plant.density, squares)

@@ -11,20 +11,24 @@ quadrature sees exceeded are tightened, until everything holds.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
+from posreal.design.caveats import reported
 from posreal.design.constraint import Constraint
 from posreal.design.element_values import ElementValues
-from posreal.design.guard import guarded
 from posreal.design.layout import Layout
+from posreal.design.objective import SETTLED, Modes, modes
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesis.chart import Coordinates
@@ -42,6 +46,8 @@ Array = np.ndarray
 _SAFETY = 1e-7  # relative room that a constraint is given where the metric missed it
 _NEAR = 0.1  # relative miss of a constraint that may be due to the search's own quadrature
 _ROUNDS = 5
+_SEEN, _ALIKE = (0.1, 300.0), 0.05  # rad/s; relative difference of two admittances there that are taken for the same
+_FULL = 10  # elements whose every limit is looked at
 _SCREENED = 7  # power of two of the points that starts are chosen from
 _WATCHED = (float(SPEEDS[0]), *SPEEDS[9::15].tolist(), float(SPEEDS[-1]))
 _FEW = tuple(SPEEDS[[0, 27, -1]].tolist())
@@ -96,14 +102,35 @@ class _Station:
         self._nominal = replace(posed, objective=problem.base_objective, points=())
         self._points = posed.at_points
         self._elements_at = {name: self.elements.at(point, layout) for name, point in self._points.items()}
-        self.objective: tuple[Figure, ...] = objective_figures(self._nominal, STRUT)
+        self._see(())
+
+    def _see(self, light: Modes) -> None:
+        """Put figures on grids that see some modes."""
+        self.objective: tuple[Figure, ...] = objective_figures(self._nominal, STRUT, light)
         for name, point in self._points.items():
-            self.objective += tuple(_There(one, self._elements_at[name]) for one in objective_figures(point, STRUT))
+            there = objective_figures(point, STRUT, light)
+            self.objective += tuple(_There(one, self._elements_at[name]) for one in there)
         self.limits = {
-            c.metric: AtMost(c.metric, figure_of(self._at(c.point), c.base, STRUT), c.value)
-            for c in problem.constraints
+            c.metric: AtMost(c.metric, figure_of(self._at(c.point), c.base, STRUT, light), c.value)
+            for c in self.problem.constraints
             if c.sense == "<="
         }
+
+    def settled(self, design: Design, point: Point) -> _Station:
+        """One whose grids see a design as it is: this one, if they do to :data:`.objective.SETTLED`."""
+        closer = copy(self)
+        closer._see(modes(design.problem, design.port))
+        seen, there = self._numbers(point), closer._numbers(point)
+        return self if np.all(np.abs(seen - there) <= SETTLED * np.abs(there)) else closer
+
+    def _numbers(self, point: Point) -> Array:
+        """The objective and what is limited."""
+        figures: list[Figure] = []
+        for c in self.problem.constraints:
+            if c.metric in self.limits:
+                one = self.limits[c.metric].figure
+                figures.append(_There(one, self._elements_at[c.point]) if c.point else one)
+        return np.array([self.value(self.objective, point), *(self.value((one,), point) for one in figures)])
 
     def _at(self, point: str) -> Problem:
         return self._points[point] if point else self._nominal
@@ -191,6 +218,27 @@ def _screened(station: _Station, count: int, seed: int) -> Iterator[Point]:
     yield from (points[i] for i in order[:count])
 
 
+def _default(station: _Station) -> list[Point]:
+    """The default suspension as values of the layout, elements that it lacks at whichever bound is no element."""
+    problem, elements = station.problem.original, station.elements
+    if problem.default_port is None or elements.size > _FULL:
+        return []
+    s = 1j * np.geomspace(*_SEEN, 13)
+    beside = problem.layout_mounting.beside
+    around, target = (0.0 if beside is None else np.asarray(beside(s))), np.asarray(problem.default_port(s))
+    ends = np.array(list(itertools.product(*elements.bounds))).reshape(-1, elements.size)
+    trials = [ends]
+    if isinstance(problem.vehicle, PlanView):
+        c = math.log(problem.vehicle.Csy)
+        dampers = [name[0] == "c" for name in elements.names]
+        trials += [np.where(np.arange(elements.size) == i, c, ends) for i in np.flatnonzero(dampers)]
+    points = np.clip(np.vstack(trials), elements.lower, elements.upper)
+    off = [float(np.abs((elements.device(theta)(s) + around) / target - 1).max()) for theta in points]
+    best = int(np.argmin(off))
+    own = {name: float(getattr(problem.vehicle, name)) for name in station.free}
+    return [(points[best], own)] if off[best] < _ALIKE else []
+
+
 @one_thread
 def optimise(
     problem: Problem,
@@ -208,7 +256,8 @@ def optimise(
     problem : Problem
     layout : Layout
     starts : int
-        Local searches, from the best of 128 points spread over the bounds.
+        Local searches, from the best of 128 points spread over the bounds; one more begins at the default suspension
+        where the layout has it as a limit.
     seed : int
     jobs : int
         Starts that run side by side (joblib).
@@ -230,7 +279,8 @@ def optimise(
     """
     began = time.perf_counter()
     station = _Station(problem, layout)
-    points = list(_screened(station, starts, seed))
+    default = _default(station)
+    points = [*_screened(station, starts, seed), *default]
     run = Parallel(n_jobs=jobs, return_as="generator")(delayed(_from_start)(station, point) for point in points)
     candidates: list[Design] = []
     refused = ""
@@ -242,19 +292,23 @@ def optimise(
         else:
             refused = reason
         if progress is not None:
-            progress(f"{layout.name}: start {number}/{starts}: {design.objective if design else reason}")
-    if not candidates:
+            progress(f"{layout.name}: start {number}/{len(points)}: {design.objective if design else reason}")
+    known: list[Design] = []
+    for point in default:
+        with suppress(PosrealError):  # a vehicle that is not stable
+            known += [design for design in [_measured(station, point)] if design.feasible]
+    if not candidates and not known:
         raise Infeasible(
             f"no values of layout {layout.name} were found that meet the constraints of {problem.name}: {refused}"
         )
-    best = min(candidates, key=lambda design: design.objective.value)
+    best = min([*candidates, *known], key=lambda design: design.objective.value)
     agreed = sum(design.objective.value <= best.objective.value * 1.001 for design in candidates)
-    return guarded(
+    return reported(
         replace(
             best,
             found={
                 "method": "SLSQP on element values, exact gradients",
-                "starts": starts,
+                "starts": len(points),
                 "agreed": agreed,
                 "seed": seed,
                 "seconds": round(time.perf_counter() - began, 2),
@@ -268,6 +322,7 @@ def _from_start(station: _Station, start: Point) -> tuple[Design | None, str]:
     """Polish one start until the constraints hold as the metrics measure them; or why it led nowhere."""
     watch = _Watch()
     design: Design | None = None
+    kept: list[Design] = []
     for _ in range(_ROUNDS):
         reason = "the local search ran off to infinity"
         for point in _polish(station, start, watch):
@@ -278,12 +333,15 @@ def _from_start(station: _Station, start: Point) -> tuple[Design | None, str]:
                 continue
             design, start = found, point
             if design.feasible:
-                return design, ""
+                kept.append(design)
+                break
         if design is None:
             return None, reason
-        if not _look_closer(station, start, design, watch):
+        closer = station.settled(design, start)
+        if closer is station and (design.feasible or not _look_closer(station, start, design, watch)):
             break
-    return design, ""
+        station = closer
+    return min(kept, key=lambda one: one.objective.value, default=design), ""
 
 
 def _look_closer(station: _Station, point: Point, design: Design, watch: _Watch) -> bool:

@@ -69,6 +69,7 @@ class Problem:
     at_most: Mapping[str, float] = dataclasses.field(default_factory=dict)
     goal: Goal | None = None
     points: tuple[Mapping[str, float], ...] = ()
+    reference: Vehicle | None = None
 
     # --- the vehicle around the device -----------------------------------------------------------------------
 
@@ -76,19 +77,17 @@ class Problem:
         """The same problem with some vehicle parameters re-tuned: reference and constraints stay the original's."""
         if not values:
             return self
-        tuned = dataclasses.replace(self, vehicle=override(self.vehicle, values))
-        tuned.__dict__["original"] = self.original
-        tuned.__dict__["default_metrics"] = self.default_metrics
-        tuned.__dict__["at_points"] = {
-            name: there.with_vehicle({key: value for key, value in values.items() if key not in set_there})
-            for (name, there), set_there in zip(self.at_points.items(), self.points, strict=True)
-        }
+        vehicle, reference = override(self.vehicle, values), self.reference or self.vehicle
+        tuned = dataclasses.replace(self, vehicle=vehicle, reference=None if vehicle == reference else reference)
+        tuned.__dict__["original"] = self.original  # computed once, whatever is tried
         return tuned
 
     @cached_property
     def original(self) -> Problem:
-        """The problem before its vehicle was re-tuned, to which reference and constraints belong."""
-        return self
+        """The problem before its vehicle was re-tuned, to which the default's figures and the constraints belong."""
+        if self.reference is None:
+            return self
+        return dataclasses.replace(self, vehicle=self.reference, reference=None)
 
     @property
     def mounting(self) -> Mounting:
@@ -227,20 +226,26 @@ class Problem:
         """The same problem at each of the operating points alone, by the point's name, such as ``Crz=40000``."""
         return {
             ",".join(f"{name}={value:g}" for name, value in values.items()): dataclasses.replace(
-                self, vehicle=override(self.vehicle, values), objective=self.base_objective, points=()
+                self,
+                vehicle=override(self.vehicle, values),
+                reference=None if self.reference is None else override(self.reference, values),
+                objective=self.base_objective,
+                points=(),
             )
             for values in self.points
         }
 
     @cached_property
     def default_metrics(self) -> dict[str, Measured] | None:
-        """Every metric with the default suspension.
+        """Every metric of the reference vehicle with its default suspension.
 
         Raises
         ------
         Infeasible
             If the vehicle is not stable with it, at the nominal point or another.
         """
+        if self.reference is not None:
+            return self.original.default_metrics
         try:
             return None if self.default_port is None else self.metrics(self.default_port)
         except Infeasible as error:
@@ -249,6 +254,8 @@ class Problem:
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
         """The constraints with their values: the nominal vehicle's, then those of each operating point."""
+        if self.reference is not None:
+            return self.original.constraints
         found: list[Constraint] = []
         if self.keep and self.default_metrics is not None:
             found = [

@@ -10,6 +10,7 @@ from typing import Any
 
 from posreal.design import Bound, Design, Problem, evaluate, layouts, optimise, synthesise
 from posreal.design.bound import bound as prove
+from posreal.design.caveats import caveats
 from posreal.design.search.ground import mean_square_metrics
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.network import Network
@@ -232,6 +233,7 @@ def compare(
         warm.append(design.device)
         say(f"realising order {order}")
         rows.append(realised(design)[0])
+    notes += [f"{row.label}: {caveat}." for row in rows for caveat in caveats(row)]
     if not any(row.feasible for row in rows):
         kept = listed(problem.constraints).replace(" or ", " and ")
         raise Infeasible(f"neither a layout nor a synthesised device was found that keeps {kept}")

@@ -92,6 +92,9 @@ class Pareto:
     def _notes(self) -> list[str]:
         search = self.search
         notes = [f"Subject to {constraint}." for constraint in search.problem.constraints]
+        notes += [
+            f"{_count(point.elements)}: {note}." for point in search.front for note in point.design.found["notes"]
+        ]
         found = {point.elements for point in search.front}
         nothing = [str(n) for n in range(1, search.elements + 1) if n not in found]
         if nothing:

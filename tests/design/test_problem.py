@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import evaluate, problem, problems
+from posreal.design.named import limited, over_points
+from posreal.design.search.restrict import restricted
 from posreal.errors import BadInput, Infeasible, NotPositiveReal
 
 NAMES = (
@@ -135,6 +139,30 @@ def test_a_retuned_vehicle_keeps_each_point_s_reference():
     (there,) = tuned.at_points.values()
     assert (there.vehicle.Kpy, there.vehicle.mv) == (6.33e6, 20e3)
     assert tuned.original is posed
+
+
+def test_a_limit_on_a_retuned_vehicle_leaves_the_reference_as_it_was():
+    posed = problem("lateral-comfort-primary")
+    tuned = posed.with_vehicle({"Kpy": 9e6, "Cpy": 5e4})
+    asked = {"max_yv": 90.0}
+    for made in (limited(tuned, asked), limited(posed, asked).with_vehicle({"Kpy": 9e6, "Cpy": 5e4})):
+        assert made.constraints == limited(posed, asked).constraints
+        assert made.improvement(posed.default_metrics) == 0
+    assert tuned == posed.with_vehicle({"Kpy": 9e6, "Cpy": 5e4})
+    assert tuned != dataclasses.replace(tuned, reference=None)  # keeps what its own default suspension has
+    assert tuned.with_vehicle({"Kpy": posed.vehicle.Kpy, "Cpy": posed.vehicle.Cpy}) == posed
+
+
+def test_points_and_restrictions_of_a_retuned_vehicle_keep_the_reference():
+    posed = problem("lateral-comfort-primary")
+    values = {"Kpy": 9e6, "Cpy": 5e4}
+    for points in ([{"mv": 20e3}], [{"conicity": 0.25}, {"mv": 20e3}]):
+        after, before = over_points(posed.with_vehicle(values), points), over_points(posed, points).with_vehicle(values)
+        assert after.constraints == before.constraints == over_points(posed, points).constraints
+        assert [p.vehicle for p in after.at_points.values()] == [p.vehicle for p in before.at_points.values()]
+    held = restricted(posed, {"Macc": 0.25})
+    assert restricted(posed.with_vehicle(values), {"Macc": 0.25}).constraints == held.constraints
+    assert held.with_vehicle(values).constraints == held.constraints
 
 
 def test_nothing_can_be_kept_where_the_default_is_unstable():

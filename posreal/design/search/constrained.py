@@ -17,12 +17,25 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import minimize
 
-from posreal.design.constraint import Constraint
+from posreal.design.constraint import Constraint, damping_spare
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.ground import Ground, mean_square_metrics
 from posreal.design.search.lateral import LateralLoop
-from posreal.design.search.values import FINE, NO_GAIN, Box, Found, Settings, coarse, generator, ground, logarithm
+from posreal.design.search.values import (
+    FINE,
+    GRIDS,
+    NO_GAIN,
+    SETTLED,
+    Box,
+    Found,
+    Settings,
+    coarse,
+    generator,
+    ground,
+    has_light_modes,
+    logarithm,
+)
 from posreal.errors import BadInput, listed
 from posreal.network.topologies import Form, letters, valued
 from posreal.vehicle import PlanView
@@ -73,7 +86,11 @@ class _Program:
         if (metric or self.problem.objective) == "max_yv":
             return self._peak
         own = metric in (None, self.problem.objective) or (metric == "Macc" and self.problem.objective == "max_yv")
-        here = self.ground if own else ground(self.problem, self.ground.panels, trimmed=True, metric=metric)
+        here = self.ground
+        if not own and here.light:
+            here = Ground(self.problem, here.panels, light=here.light, metric=metric)
+        elif not own:
+            here = ground(self.problem, here.panels, trimmed=True, metric=metric)
         batch = logarithm(here, self.form)
 
         def one(theta: Array) -> tuple[float, Array]:
@@ -90,13 +107,13 @@ class _Program:
     def slack(self, constraint: Constraint, watch: _Watch) -> Slack:
         """A constraint, scaled to order one."""
         if constraint.metric == "Ldmp":
-            floor = constraint.value / 100 * (1 + SAFETY)
+            floor = constraint.value / 100
             loop = self.loop
             assert loop is not None
 
             def damped(theta: Array) -> tuple[Array, Array]:
                 zeta, slope = loop.ratios(self.form, theta, watch.speeds)
-                return zeta / floor - 1, slope / floor
+                return damping_spare(zeta, slope.T, floor, SAFETY * floor) / floor, slope / floor
 
             return damped
         function = self.figure(constraint.metric)
@@ -175,12 +192,13 @@ def best_constrained_values(
     ends.sort(key=lambda end: end[:2])
     agreed = sum(n < settings.starts and value <= ends[0][0] + 1e-3 for value, n, _ in ends)
     for value, _, theta in ends[:3]:
-        if value >= math.log(limit * (1 - NO_GAIN)):
+        if not has_light_modes(problem) and value >= math.log(limit * (1 - NO_GAIN)):
             # fewer speeds are watched here than there are, and still it is no better than its limit
             return Found(form, math.exp(value), tuple(np.exp(theta).tolist()), agreed, settings.starts)
-        point = _polished(fine, box, theta)
-        if point is not None:
-            return Found(form, math.exp(objective(point)[0]), tuple(np.exp(point).tolist()), agreed, settings.starts)
+        found = _polished(fine, box, theta)
+        if found is not None:
+            figure, point = found
+            return Found(form, figure, tuple(np.exp(point).tolist()), agreed, settings.starts)
     return Found(form, math.inf, (), 0, settings.starts)
 
 
@@ -204,20 +222,22 @@ def _starts(
     return chosen + [np.clip(np.log(np.array(values)), box.lower, box.upper) for values in warm]
 
 
-def _polished(fine: _Program, box: Box, theta: Array) -> Array | None:
-    """A minimum on the fine grid at which all constraints hold at all speeds; None if that is not reached."""
+def _polished(fine: _Program, box: Box, theta: Array) -> tuple[float, Array] | None:
+    """A minimum at which all constraints hold at all speeds, and its figure, on a grid that sees its modes."""
     lateral = fine.loop is not None
     watch = _Watch(_WATCHED if lateral else np.array([]), _corrections(fine, theta))
-    for _ in range(5):
+    for _ in range(GRIDS):
         theta = fine.solve(theta, box, watch, iterations=150, tolerance=1e-12)
-        everywhere = _Watch(SPEEDS if lateral else watch.speeds, _corrections(fine, theta))
-        if fine.shortfall(theta, everywhere) <= SAFETY / 2:
-            return theta
+        closer = _Program(fine.problem, fine.form, fine.ground.closer(fine.form, theta))
+        everywhere = _Watch(SPEEDS if lateral else watch.speeds, _corrections(closer, theta))
+        seen, there = fine.figure(None)(theta)[0], closer.figure(None)(theta)[0]
+        if closer.shortfall(theta, everywhere) <= SAFETY / 2 and abs(there - seen) <= SETTLED:
+            return math.exp(there), theta
         speeds = watch.speeds
         if fine.loop is not None:
             floor = next((c.value for c in fine.problem.constraints if c.metric == "Ldmp"), 0.0) / 100
             speeds = np.union1d(speeds, SPEEDS[fine.loop.least_ratios(fine.form, theta, SPEEDS) < floor])
-        watch = _Watch(speeds, everywhere.correction)
+        fine, watch = closer, _Watch(speeds, everywhere.correction)
     return None
 
 
@@ -231,8 +251,9 @@ def _corrections(program: _Program, theta: Array) -> dict[str, float]:
     values = np.exp(theta)
     tuned = problem.with_vehicle(dict(zip(problem.free, values[count:].tolist(), strict=True)))
     assert isinstance(tuned.vehicle, PlanView)
-    summed = lateral_rms(tuned.vehicle, tuned.port(valued(form, values[:count].tolist()).admittance()))
-    return {metric: summed / math.exp(program.figure(metric)(theta)[0]) for metric in limited}
+    port = tuned.port(valued(form, values[:count].tolist()).admittance())
+    at = {"Macc": tuned.vehicle.at(float(SPEEDS[-1])), "J1y": tuned.vehicle}
+    return {metric: lateral_rms(at[metric], port) / math.exp(program.figure(metric)(theta)[0]) for metric in limited}
 
 
 _LOOPS: dict[tuple[object, ...], LateralLoop] = {}

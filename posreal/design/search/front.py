@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from posreal.design.guard import guarded
+from posreal.design.caveats import reported
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.search.equivalent import fitted, sample
@@ -159,7 +159,7 @@ def _with_company(
             same.add(form)
     others = [other for other in after if other.form not in same][:RUNNERS_UP]
     return FrontPoint(
-        guarded(design),
+        reported(design),
         tuple(equivalent),
         tuple(RunnerUp(valued(o.form, o.values[: len(letters(o.form))]), o.objective) for o in others),
     )

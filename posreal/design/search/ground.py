@@ -25,10 +25,10 @@ from functools import cached_property
 
 import numpy as np
 
-from posreal.design.objective import MeanSquare, mean_square
+from posreal.design.objective import MeanSquare, Modes, graded, mean_square, modes
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
-from posreal.network.topologies import Form, letters
+from posreal.network.topologies import Form, letters, valued
 from posreal.plant import quadrature
 from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 
@@ -58,16 +58,26 @@ class Ground:
         Panels a decade of the frequency grid.
     trimmed : bool
         Whether the lowest frequencies, which carry nothing of the figure, are left out.
+    light : Modes
+        Of the closed loop, which the grid has to see.
     metric : str, optional
         One of :func:`mean_square_metrics`; by default the objective (the ride figure where that is a peak).
     """
 
-    def __init__(self, problem: Problem, panels: int, *, trimmed: bool = False, metric: str | None = None) -> None:
-        self.problem, self.panels = problem, panels
-        self.vehicle_names = tuple(problem.free)
+    def __init__(
+        self,
+        problem: Problem,
+        panels: int,
+        *,
+        trimmed: bool = False,
+        light: Modes = (),
+        metric: str | None = None,
+    ) -> None:
+        self.problem, self.panels, self.light = problem, panels, light
+        self.metric, self.vehicle_names = metric, tuple(problem.free)
         self._tied = problem.roles.get("static spring") if problem.free else None
         self.primary_open = any(name != self._tied for name in self.vehicle_names)
-        figure = _figure(problem, metric, self.primary_open, panels)
+        figure = _figure(problem, metric, self.primary_open, panels, light)
         port = figure.port
         keep = slice(_negligible(figure) if trimmed else 0, None)
         self._weight = figure.scale * figure.weight[keep]
@@ -85,6 +95,13 @@ class Ground:
         self._beside = None
         if mounting.beside is not None and self._tied not in self.vehicle_names:
             self._beside = np.asarray(mounting.beside(self.grid.s))
+
+    def closer(self, form: Form, theta: Array) -> Ground:
+        """The same on a grid that sees the vehicle's modes with the network of one θ (n,) in place."""
+        count, values = len(letters(form)), np.exp(theta).tolist()
+        tuned = self.problem.with_vehicle(dict(zip(self.vehicle_names, values[count:], strict=True)))
+        port = tuned.port(valued(form, values[:count]).admittance())
+        return Ground(self.problem, self.panels, light=modes(tuned, port), metric=self.metric)
 
     def value_and_gradient(self, form: Form, theta: Array) -> tuple[Array, Array]:
         """J (B,) and ∂J/∂θ (B, n) at θ (B, n): elements in the form's order, then `vehicle_names`."""
@@ -184,17 +201,17 @@ def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
     raise AssertionError(problem.vehicle)
 
 
-def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int) -> MeanSquare:
+def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int, light: Modes) -> MeanSquare:
     metric = metric or problem.objective
     if metric.startswith(_DEFLECTION):
         vehicle = problem.vehicle
         assert isinstance(vehicle, SideView)
-        rule = quadrature.gauss(vehicle.wheel_delays[-1], per_decade=panels)
+        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1], per_decade=panels), light)
         plant = vehicle.track()
         port = plant.responses(rule.omega, f"deflection_{metric.removeprefix(_DEFLECTION)}")
         return MeanSquare(rule, port, plant.density * 1e6)  # mm²
     posed = dataclasses.replace(problem, objective=metric)
-    return mean_square(posed, primary_open=primary_open, panels=panels)
+    return mean_square(posed, primary_open=primary_open, panels=panels, light=light)
 
 
 def _negligible(ride: MeanSquare) -> int:

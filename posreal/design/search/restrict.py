@@ -19,6 +19,8 @@ class RestrictedProblem(Problem):
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
         """The problem's own constraints and the limits."""
+        if self.reference is not None:
+            return self.original.constraints
         own: tuple[Constraint, ...] = Problem.constraints.func(self)  # type: ignore[attr-defined]
         return own + tuple(Constraint(name, "<=", value, "the limit given") for name, value in self.limits)
 
@@ -27,15 +29,11 @@ def restricted(problem: Problem, limits: Mapping[str, float]) -> RestrictedProbl
     """The problem with metrics limited from above, and what it was limited by before."""
     own = {field.name: getattr(problem, field.name) for field in fields(Problem)}
     already = problem.limits if isinstance(problem, RestrictedProblem) else ()
-    new = RestrictedProblem(**own, limits=(*already, *limits.items()))
-    new.__dict__["default_metrics"] = problem.default_metrics
-    return new
+    return RestrictedProblem(**own, limits=(*already, *limits.items()))
 
 
 def unrestricted(problem: Problem) -> Problem:
     """The problem without the limits, with its own constraints only."""
     if not isinstance(problem, RestrictedProblem):
         return problem
-    plain = Problem(**{field.name: getattr(problem, field.name) for field in fields(Problem)})
-    plain.__dict__["default_metrics"] = problem.default_metrics
-    return plain
+    return Problem(**{field.name: getattr(problem, field.name) for field in fields(Problem)})

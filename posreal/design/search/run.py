@@ -36,7 +36,7 @@ from posreal.design.search.workers import Workers, workers
 from posreal.design.threads import one_thread
 from posreal.errors import BadInput
 from posreal.network.topologies import Form, key, letters, topologies
-from posreal.vehicle import UserPlant
+from posreal.vehicle import PlanView, UserPlant
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
 STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology
@@ -187,7 +187,10 @@ def _of_size(size: int, at_most: Mapping[str, int]) -> list[Form]:
 
 
 def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> list[list[float]]:
-    """The optima of a topology's best limits, with the lost element near its border."""
+    """The optima of a topology's best limits, with the lost element near its border; the default of a damper alone."""
+    default = problem.original.vehicle
+    if form == "c" and isinstance(default, PlanView):
+        return [[default.Csy, *(float(getattr(default, name)) for name in problem.free)]]
     here = [(found[limit.form], limit) for limit in limits_of(form) if limit.form in found]
     near = sorted((pair for pair in here if pair[0].feasible), key=lambda pair: pair[0].objective)[:_WARM]
     units = coarse(problem).scale.units(letters(form))

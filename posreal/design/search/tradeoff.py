@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from posreal.design.guard import guarded
+from posreal.design.caveats import reported
 from posreal.design.problem import Problem
 from posreal.design.search.front import designed, ranked
 from posreal.design.search.ground import mean_square_metrics
@@ -66,7 +66,7 @@ def tradeoff(
             good = sorted((one for one in some if one.feasible), key=lambda one: one.objective)
             design = next((d for d in (designed(held, settings, one) for one in good) if d is not None), None)
             if design is not None:
-                every.append(FrontPoint(guarded(design)))
+                every.append(FrontPoint(reported(design)))
     return _undominated(every, problem, metric)
 
 

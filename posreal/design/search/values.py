@@ -1,10 +1,11 @@
 """The best values of one topology: screen many starts, descend from the best few at once, polish the winner.
 
-Screening and descent run on a coarse frequency grid, polishing on a fine one; a winner whose figure moves when the grid
-is refined further (a resonance between the grid's points) is polished again on the finer grid. Besides random starts
-there are warm ones: the optimum of each network that this one has as a limit, with the lost element just short of its
-border, so that a network is never found worse than its limits. Where the problem has constraints, the polishing is
-done by SLSQP with the constraints of :mod:`posreal.design.search.lateral`.
+Screening and descent run on a coarse frequency grid, polishing on a fine one; a winner whose figure is another on a
+grid that sees its own modes (:mod:`posreal.design.objective`) is polished again on that one. Where the open plant is
+light itself, a coarse grid may miss a mode of any device, and several of the best are looked at that closely. Besides
+random starts there are warm ones: the optimum of each network that this one has as a limit, with the lost element just
+short of its border, so that a network is never found worse than its limits. Where the problem has constraints, the
+polishing is done by SLSQP with the constraints of :mod:`posreal.design.search.lateral`.
 """
 
 from __future__ import annotations
@@ -16,19 +17,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from posreal.design.objective import NARROW
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array
 from posreal.design.search.descent import descend
 from posreal.design.search.ground import Ground
 from posreal.network.topologies import Form, key, letters
-from posreal.vehicle import PlanView
+from posreal.plant import hinf_norm
+from posreal.vehicle import PlanView, UserPlant
 
-FINE, FINEST = 12, 192  # panels a decade of the frequency grids
+FINE = 12  # panels a decade of the frequency grids
+GRIDS = 6  # in a row, each made for the modes of what the one before led to
 NO_GAIN = 1e-5  # relative gain over a limit below which a network is that limit
 SETTLED = 1e-7  # relative change of the figure from one grid to the next that counts as none
 DECADES = 6.0  # to either side of the vehicle's units: how far free values may run
 SPREAD = 2.0  # decades to either side: where random starts lie
 _SCREENED = 64
+_LOOKED_AT = 4  # ends of a coarse descent, where a plant's own modes are light
 
 
 @dataclass(frozen=True)
@@ -157,10 +162,28 @@ def best_values(
     best = int(np.argmin(value))
     agreed = int(np.sum(value[: settings.starts] <= value[best] + 1e-3))
     point = theta[best]
+    if has_light_modes(problem):
+        ends = [polished(problem, form, box, theta[i]) for i in apart(value)[:_LOOKED_AT]]
+        point, figure = min(ends, key=lambda end: end[1])
+        return Found(form, figure, tuple(np.exp(point).tolist()), agreed, settings.starts)
     figure = float(ground(problem, FINE, trimmed=True).value_and_gradient(form, point[None, :])[0][0])
     if figure < limit * (1 - NO_GAIN):
         point, figure = polished(problem, form, box, point)
     return Found(form, figure, tuple(np.exp(point).tolist()), agreed, settings.starts)
+
+
+def has_light_modes(problem: Problem) -> bool:
+    """Whether the open plant's own modes are so light that a coarse grid may not see the closed one's."""
+    return isinstance(problem.vehicle, UserPlant) and hinf_norm.least_damping(problem.plant) < NARROW
+
+
+def apart(value: Array) -> list[int]:
+    """Which of some logarithms of figures differ by more than 1e-4, the least first."""
+    kept: list[int] = []
+    for i in np.argsort(value, kind="stable").tolist():
+        if np.isfinite(value[i]) and (not kept or value[i] > value[kept[-1]] + 1e-4):
+            kept.append(i)
+    return kept or [int(np.argmin(value))]
 
 
 def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:
@@ -174,18 +197,18 @@ def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Seq
 
 
 def polished(problem: Problem, form: Form, box: Box, theta: Array) -> tuple[Array, float]:
-    """A minimum on a grid fine enough for it, and its figure."""
-    panels = FINE
-    while True:
-        here = ground(problem, panels, trimmed=True)
+    """A minimum on a grid that sees its modes, and its figure."""
+    here = ground(problem, FINE, trimmed=True)
+    for _ in range(GRIDS):
         found, value = descend(
             logarithm(here, form), theta[None, :], box.lower, box.upper, iterations=60, tolerance=1e-9
         )
         theta, figure = found[0], math.exp(float(value[0]))
-        panels *= 4
-        finer = float(ground(problem, panels).value_and_gradient(form, theta[None, :])[0][0])
-        if abs(finer - figure) <= SETTLED * figure or panels >= FINEST:
-            return theta, finer
+        here = here.closer(form, theta)
+        finer = float(here.value_and_gradient(form, theta[None, :])[0][0])
+        if abs(finer - figure) <= SETTLED * figure:
+            break
+    return theta, finer
 
 
 _GROUNDS: dict[tuple[object, ...], Ground] = {}

@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.optimize import minimize
 
-from posreal.design.constraint import Range
+from posreal.design.constraint import Range, damping_spare
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.damping import Damping
 from posreal.design.synthesis.figures import Figure, Slopes
@@ -58,17 +58,18 @@ class AtMost:
 
 @dataclass(frozen=True)
 class Damped:
-    """Every watched mode with at least a damping ratio."""
+    """Every watched mode with at least a damping ratio, and `spare` of it, relative, more."""
 
     damping: Damping
     limit: float
+    spare: float = 0.0
 
     def margins(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """(ζ − limit)/UNIT."""
         ratio, by_theta, by = self.damping.ratios_and_slopes(chart, theta, parameters)
-        return Slopes(
-            (ratio - self.limit - INSIDE) / UNIT, by_theta / UNIT, {name: slope / UNIT for name, slope in by.items()}
-        )
+        slopes = np.vstack([by_theta, *(slope * parameters[name] for name, slope in by.items())])
+        spare = damping_spare(ratio, slopes, self.limit, self.limit * self.spare + INSIDE)
+        return Slopes(spare / UNIT, by_theta / UNIT, {name: slope / UNIT for name, slope in by.items()})
 
 
 def finish_constrained(

@@ -6,13 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from posreal.admittance import PortHamiltonian
-from posreal.design.objective import MeanSquare, mean_square
+from posreal.design.objective import MeanSquare, Modes, mean_square
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import resolvent
 from posreal.design.synthesis.figures import Inside
@@ -20,9 +20,6 @@ from posreal.design.synthesis.scale import Scale
 
 Real = np.ndarray
 Complex = np.ndarray
-
-SETTLED = 1e-8  # relative change of a figure when panels are halved
-FINEST = 192  # panels a decade
 
 
 @dataclass(frozen=True)
@@ -35,17 +32,18 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Criterion:
-    """The mean-square objective of a problem for scaled devices, on a grid of so many panels a decade."""
+    """The mean-square objective of a problem for scaled devices, on a grid that sees the modes `light`."""
 
     problem: Problem
     scale: Scale
     panels: int = 12
+    light: Modes = ()
 
     @cached_property
     def figure(self) -> MeanSquare:
         """The objective on its quadrature grid."""
         opened = bool({"Kpy", "Cpy"} & set(self.problem.free))
-        return mean_square(self.problem, primary_open=opened, panels=self.panels)
+        return mean_square(self.problem, primary_open=opened, panels=self.panels, light=self.light)
 
     @cached_property
     def nominal(self) -> dict[str, float]:
@@ -80,13 +78,6 @@ class Criterion:
     def measure(self, candidate: Candidate) -> float:
         """J of a candidate, whatever the constraints."""
         return self.value_and_slope(np.asarray(candidate.device(self.s)), candidate.parameters)[0]
-
-    def settled(self, candidate: Candidate) -> int:
-        """Panels a decade with which the figure of a candidate is settled: a resonance falls between coarser ones."""
-        value, finer = self.measure(candidate), replace(self, panels=2 * self.panels)
-        if self.panels >= FINEST or abs(finer.measure(candidate) - value) <= SETTLED * value:
-            return self.panels
-        return finer.settled(candidate)
 
     def slope(self, candidate: Candidate) -> Real:
         """∂J/∂(A, B, C, D) of a device, stacked: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""

@@ -3,13 +3,14 @@
 Every one is a functional of the response z(s) of an output on a grid, dF = Re Σ a dz, and the port gives dz/dY:
 
     root mean square     F² = S Σ w |z|²,                       a = S w z̄/F                  s = jω
-    largest gain         F = maxₖ |zₖ|,                          a = z̄ₖ/|zₖ|                  s = jω
+    largest gain         F = max |z(jω)|,                        a = z̄/|z| at that ω          s = jω
     peak in time         F = maxₜ |y(t)|,  y(t) = e^{σt}/π ∫ Re(z W e^{jωt}) dω,   a = ± w W e^{st}   s = σ + jω
 
 The last is the inverse Laplace transform on a line to the right of all poles, with W the transform of the input; the
 trapezoidal rule of step Δ aliases y(t + 2π/Δ) in, smaller by e^{−2πσ/Δ} [AbateWhitt1992], so it is exact to that.
 A maximum is given as its few largest local maxima, one number each: a search that lowers the first may raise the
-second, and wants to know.
+second, and wants to know. Each is followed to its own place between the samples, where, being stationary, it has the
+slope that it would have if that were held.
 
 [AbateWhitt1992] J. Abate, W. Whitt, The Fourier-series method for inverting transforms of probability distributions,
 Queueing Systems 10 (1992) 5–87.
@@ -35,6 +36,7 @@ Complex = np.ndarray
 
 SAMPLES = 1024  # of a period of the inverse transform
 MAXIMA = 3  # local maxima that stand for a maximum
+FAN, NARROWED = 9, 3  # points between a maximum's neighbours, and how often: to 1/64 of their distance
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,8 @@ class RootMeanSquare:
 
 
 @dataclass(frozen=True)
-class LargestGain:
-    """The largest local maxima of |z| on a grid of frequencies, of the norm of z where several processes drive it.
+class Norms:
+    """|z| at every frequency, the norm of z where several processes drive it.
 
     Attributes
     ----------
@@ -153,10 +155,10 @@ class LargestGain:
     def __call__(self, z: Complex) -> tuple[Real, Complex]:
         each = z.reshape(self.processes, -1)
         size = np.linalg.norm(each, axis=0)
-        at = _largest(size)
-        a = np.zeros((len(at), *each.shape), dtype=complex)
-        a[np.arange(len(at)), :, at] = (each[:, at].conj() / np.maximum(size[at], 1e-300)).T
-        return size[at], a.reshape(len(at), -1)
+        a = np.zeros((len(size), *each.shape), dtype=complex)
+        at = np.arange(len(size))
+        a[at, :, at] = (each.conj() / np.maximum(size, 1e-300)).T
+        return size, a.reshape(len(size), -1)
 
 
 @dataclass(frozen=True)
@@ -184,7 +186,7 @@ class PeakInTime:
         t = self._instants
         sums = np.fft.ifft(self.kernel * z, SAMPLES)[: len(t)] * SAMPLES
         y = np.exp(self.s[0].real * t) * sums.real
-        at = _largest(np.abs(y))
+        at = largest(np.abs(y))
         top = t[at]
         for _ in range(3):  # Newton on y' = 0, kept near its sample
             rows = np.exp(np.multiply.outer(top, self.s)) * self.kernel
@@ -198,7 +200,7 @@ class PeakInTime:
         return np.abs(values), sign[:, None] * rows
 
 
-def _largest(size: Real) -> np.ndarray:
+def largest(size: Real) -> np.ndarray:
     """Indices of the largest local maxima, filled up with those of the smallest entries where there are fewer."""
     edge = np.concatenate([[-np.inf], size, [-np.inf]])
     tops = np.flatnonzero((edge[1:-1] >= edge[:-2]) & (edge[1:-1] > edge[2:]))
@@ -241,10 +243,13 @@ class PortFigure:
         """The grid in scaled time."""
         return self.inside.s / self.inside.scale.omega
 
+    def response(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Complex:
+        """z on the grid for a scaled device."""
+        return self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])[0]
+
     def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
         """The numbers for a scaled device."""
-        z, _ = self.port.closed(self.inside.ports(np.asarray(device(self.s)), parameters)[0])
-        return self.gain * self.functional(z)[0]
+        return self.gain * self.functional(self.response(device, parameters))[0]
 
     def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
@@ -259,10 +264,69 @@ class PortFigure:
 
 
 @dataclass(frozen=True)
+class PeakGain:
+    """The largest local maxima of the gain of an output over all frequencies, each where it is.
+
+    Attributes
+    ----------
+    problem : Problem
+    scale : Scale
+    output : str
+    omega : (N,) rad/s, where maxima are looked for; each is then narrowed down between its neighbours
+    """
+
+    problem: Problem
+    scale: Scale
+    output: str
+    omega: Real
+
+    @cached_property
+    def _everywhere(self) -> PortFigure:
+        return self._at(self.omega)
+
+    def _at(self, omega: Real) -> PortFigure:
+        plant = self.problem.plant
+        inside = Inside(self.problem, self.scale, 1j * omega)
+        return PortFigure(inside, plant.responses(omega, self.output), Norms(len(plant.shares)))
+
+    def tops(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> PortFigure:
+        """The gains at the frequencies of the maxima, the largest first."""
+
+        def sizes(figure: PortFigure) -> Real:
+            z = figure.response(device, parameters).reshape(len(self.problem.plant.shares), -1)
+            return np.asarray(np.linalg.norm(z, axis=0))
+
+        size = sizes(self._everywhere)
+        at = largest(size)
+        beside = np.clip([at - 1, at + 1], 0, len(size) - 1)
+        top = size[at] >= size[beside].max(axis=0)
+        low, high = np.log(self.omega[np.where(top, beside, at)])
+        for _ in range(NARROWED):
+            trial = np.linspace(low, high, FAN)
+            size = sizes(self._at(np.exp(trial.ravel()))).reshape(trial.shape)
+            at, row = size.argmax(axis=0), np.arange(len(low))
+            low, middle, high = (trial[np.clip(at + step, 0, FAN - 1), row] for step in (-1, 0, 1))
+        # a parabola through the last three, where they are three
+        f = np.array([size[np.clip(at + step, 0, FAN - 1), row] for step in (-1, 0, 1)])
+        bend = f[0] - 2 * f[1] + f[2]
+        inner = (at > 0) & (at < FAN - 1) & (bend < 0)
+        shift = np.where(inner, (f[0] - f[2]) / np.where(inner, 2 * bend, 1.0), 0.0)
+        return self._at(np.exp(middle + shift * (high - low) / 2)[np.argsort(-f[1], kind="stable")])
+
+    def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
+        """The numbers for a scaled device, the largest first."""
+        return self.tops(device, parameters).values(device, parameters)
+
+    def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """The numbers and their slopes at a point of a chart, the largest first."""
+        return self.tops(chart.device(theta), parameters).slopes(chart, theta, parameters)
+
+
+@dataclass(frozen=True)
 class Sum:
     """Σ weight · (each part's largest number but for the first part, whose numbers all count)."""
 
-    parts: tuple[tuple[float, PortFigure], ...] = field(default=())
+    parts: tuple[tuple[float, Figure], ...] = field(default=())
 
     def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
         """The numbers for a scaled device."""

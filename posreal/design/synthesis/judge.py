@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from posreal.admittance import PortHamiltonian, state_space
 from posreal.design.constraint import ROUNDING
+from posreal.design.objective import SETTLED, Modes, modes
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.constrained import AtMost, Damped, Requirement, finish_constrained
@@ -49,14 +50,14 @@ class Judge:
     scale : Scale
     shrunk : mapping of metric to float
         Factors on the limits, where a metric's own quadrature and the search's differ.
-    panels : int
-        A decade, of the grid of a mean-square objective.
+    light : Modes
+        Of the closed loop, which grids have to see.
     """
 
     problem: Problem
     scale: Scale
     shrunk: Mapping[str, float] = field(default_factory=dict)
-    panels: int = 12
+    light: Modes = ()
 
     @cached_property
     def mean_square(self) -> Criterion | None:
@@ -65,12 +66,12 @@ class Judge:
         made = (problem.goal is not None and problem.goal.kind != "norm") or problem.points
         if made or problem.objective == "max_yv" or problem.objective.startswith("gain_"):
             return None
-        return Criterion(problem, self.scale, self.panels)
+        return Criterion(problem, self.scale, light=self.light)
 
     @cached_property
     def objective(self) -> tuple[Figure, ...]:
         """The objective is the largest of all numbers of these."""
-        return objective_figures(self.problem, self.scale)
+        return objective_figures(self.problem, self.scale, self.light)
 
     @cached_property
     def nominal(self) -> dict[str, float]:
@@ -83,7 +84,7 @@ class Judge:
         return tuple(
             AtMost(
                 c.metric,
-                figure_of(self._at(c.point), c.base, self.scale),
+                figure_of(self._at(c.point), c.base, self.scale, self.light),
                 c.value * self.shrunk.get(c.metric, 1.0),
             )
             for c in self.problem.constraints
@@ -138,6 +139,18 @@ class Judge:
         """By how much the least damping ratio at the watched speeds is above its limit."""
         return min(floor.spare(candidate) for floor in self.floors)
 
+    def settled(self, candidate: Candidate) -> Judge:
+        """One that sees a candidate as it is: this one, if it does to :data:`.objective.SETTLED`."""
+        port = self.problem.mounting.port(self.scale.admittance(candidate.device.rational()))
+        closer = replace(self, light=modes(self.problem.with_vehicle(candidate.parameters), port))
+        seen, there = self._numbers(candidate), closer._numbers(candidate)
+        return self if np.all(np.abs(seen - there) <= SETTLED * np.abs(there)) else closer
+
+    def _numbers(self, candidate: Candidate) -> Real:
+        """The objective and what is limited."""
+        limited = [limit.figure.values(candidate.device, candidate.parameters).max() for limit in self.limits]
+        return np.array([self.value(candidate), *limited])
+
     def measure(self, candidate: Candidate) -> float:
         """The objective; inf where something is not kept."""
         try:
@@ -182,9 +195,7 @@ class Judge:
         best = (self.measure(start), start)
         for _ in range(ROUNDS):
             requirements: list[Requirement] = [*self.limits]
-            requirements += [
-                Damped(f.damping(at), f.ratio * (1 + SPARE)) for f, at in zip(self.floors, speeds, strict=True)
-            ]
+            requirements += [Damped(f.damping(at), f.ratio, SPARE) for f, at in zip(self.floors, speeds, strict=True)]
             ends = finish_constrained(
                 self.objective,
                 requirements,

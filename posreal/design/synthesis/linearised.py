@@ -29,7 +29,7 @@ from scipy.optimize import minimize_scalar
 from posreal.admittance import PortHamiltonian
 from posreal.design.synthesis import inequalities, semidefinite
 from posreal.design.synthesis.chart import resolvent
-from posreal.design.synthesis.figures import PortFigure
+from posreal.design.synthesis.figures import PeakGain, PortFigure
 from posreal.design.synthesis.generalised_plant import GeneralisedPlant, Loop
 from posreal.design.synthesis.semidefinite import Affine, Shape, Unknowns
 
@@ -50,12 +50,12 @@ class Norm:
         w → z is what the norm is of.
     largest_gain : bool
         The H∞ norm; otherwise the H2 norm.
-    figure : PortFigure
+    figure : PortFigure or PeakGain
     """
 
     plant: GeneralisedPlant
     largest_gain: bool
-    figure: PortFigure
+    figure: PortFigure | PeakGain
 
     def at(self, device: PortHamiltonian, unknowns: Unknowns, name: str) -> Bound:
         """The bound at a device whose entries are `unknowns`; `name` tells its own unknowns from other bounds'."""
@@ -68,12 +68,13 @@ class Norm:
 
     def slope(self, device: PortHamiltonian) -> dict[str, Real]:
         """Its derivative by A, B, C, D, k and b: dH = yᵀ dA x + yᵀ dB + dC x + dD + dk/s + s db."""
-        form, s = device.state_space(), self.figure.s
+        figure = self.figure.tops(device, {}) if isinstance(self.figure, PeakGain) else self.figure
+        form, s = device.state_space(), figure.s
         x, y = resolvent(form.A, form.B[:, 0], form.C[0], s) if form.order else (np.zeros((0, len(s))),) * 2
-        Y, inner = self.figure.inside.ports(np.asarray(device(s)), {})
-        z, dz = self.figure.port.closed(Y)
-        _, a = self.figure.functional(z)
-        g = self.figure.gain * self.figure.port.over_grid(a * dz["secondary"])[0] * inner
+        Y, inner = figure.inside.ports(np.asarray(device(s)), {})
+        z, dz = figure.port.closed(Y)
+        _, a = figure.functional(z)
+        g = figure.gain * figure.port.over_grid(a * dz["secondary"])[0] * inner
         parts = {"A": (y * g) @ x.T, "B": y @ g, "C": x @ g, "D": g.sum(), "k": (g / s).sum(), "b": (g * s).sum()}
         return {name: np.ravel(part.real) for name, part in parts.items()}
 

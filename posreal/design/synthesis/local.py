@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,8 @@ QUICK, FULL = (150, 1e-6), (1000, 1e-10)  # iterations and tolerance
 NEARLY, ON = 1.01, 12  # an independent start that ends so near the best, of so many first ones, goes on
 BOXES, WIDEST, NARROWEST = 60, 0.1, 1e-4  # walks of boxes, and their size
 RESTS = 1e-9  # relative gain of a full local search that counts as none
-COARSE = 12  # panels a decade of the grid for everything but the last
-AGAIN = 24  # candidates measured anew on a finer one
+GRIDS = 6  # in a row, each made for the best that the one before led to
+AGAIN = 24  # candidates measured anew on each
 
 
 def local(
@@ -61,7 +61,7 @@ def local(
     bases : sequence of Candidate
         Of lower order still, to put resonators on.
     """
-    search.regrid(COARSE)
+    search.regrid(replace(search.judge, light=()))
     charts = faces(order, spring=spring, inerter=inerter)
     found: list[Found] = []
 
@@ -175,13 +175,12 @@ def _retuned(search: Search, values: Mapping[str, float], rng: np.random.Generat
 
 def _converge(search: Search, charts: Sequence[Chart], found: list[Found], method: str) -> None:
     """The best on each face to full convergence, on a grid on which the figure of the best of all is settled."""
-    while True:
+    for _ in range(GRIDS):
         _converge_here(search, charts, found, method)
-        best = min(found, key=_value)[2]
-        figure = search.judge.mean_square
-        if figure is None or search.judge.constrained or figure.settled(best) == figure.panels:
+        judge = search.judge.settled(min(found, key=_value)[2])
+        if judge is search.judge:
             return
-        search.regrid(figure.settled(best))
+        search.regrid(judge)
         found[:] = [(search.judge.measure(other), chart, other) for _, chart, other in _distinct(found)[:AGAIN]]
 
 

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from posreal.design.objective import mean_square
+from posreal.design.objective import Modes, beside, graded, mean_square
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.figures import (
     Figure,
     Inside,
-    LargestGain,
+    PeakGain,
     PortFigure,
     RootMeanSquare,
     Slopes,
@@ -101,8 +101,8 @@ class AtTheEndsOfAStrut:
         )
 
 
-def figure_of(problem: Problem, metric: str, scale: Scale) -> Figure:
-    """The figure of a metric, in the metric's unit.
+def figure_of(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> Figure:
+    """The figure of a metric, in the metric's unit, on a grid that sees the modes `light` of the closed loop.
 
     Raises
     ------
@@ -113,30 +113,29 @@ def figure_of(problem: Problem, metric: str, scale: Scale) -> Figure:
         return _at_the_ends(problem, metric, scale)
     if metric.startswith("deflection_overall_"):
         end = metric.removeprefix("deflection_overall_")
-        peak, spread = _figure(problem, f"deflection_{end}", scale), _figure(problem, f"deflection_rms_{end}", scale)
+        peak, spread = (_figure(problem, f"deflection_{kind}{end}", scale, light) for kind in ("", "rms_"))
         return Sum(((1.0, peak), (3.0, spread)))
-    return _figure(problem, metric, scale)
+    return _figure(problem, metric, scale, light)
 
 
-def objective_figures(problem: Problem, scale: Scale) -> tuple[Figure, ...]:
+def objective_figures(problem: Problem, scale: Scale, light: Modes = ()) -> tuple[Figure, ...]:
     """The figures of the objective: it is the largest of all their numbers."""
     found: list[Figure] = []
     for point in (problem, *problem.at_points.values()):
         if point.goal is None or point.goal.kind == "norm":
-            found.append(figure_of(point, problem.base_objective, scale))
+            found.append(figure_of(point, problem.base_objective, scale, light))
         else:
-            parts = [(weight, _figure(point, name, scale)) for name, weight in point.goal.parts]
+            parts = [(weight, _figure(point, name, scale, light)) for name, weight in point.goal.parts]
             found += [Sum(tuple(parts))] if point.goal.kind == "sum" else [Sum((part,)) for part in parts]
     return tuple(found)
 
 
-def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
+def _figure(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> PortFigure | PeakGain:
     vehicle = problem.vehicle
     opened = bool({"Kpy", "Cpy"} & set(problem.free))
     if metric.startswith("gain_"):
-        plant = problem.plant
-        port = plant.responses(hinf_norm.grid(plant), metric.removeprefix("gain_"))
-        return PortFigure(Inside(problem, scale, 1j * port.omega), port, LargestGain(len(plant.shares)))
+        omega = np.union1d(hinf_norm.grid(problem.plant), beside(light))
+        return PeakGain(problem, scale, metric.removeprefix("gain_"), omega)
     if metric == "max_yv" and isinstance(vehicle, PlanView):
         line = laplace_line(SECONDS, CURVE, 1e3)
         port = vehicle.curve_entry(primary_open=opened).responses_at(line.s, "body_displacement")
@@ -147,13 +146,13 @@ def _figure(problem: Problem, metric: str, scale: Scale) -> PortFigure:
         return PortFigure(Inside(problem, scale, line.s), port, line)
     if isinstance(vehicle, SideView) and metric.startswith("deflection_rms_"):
         plant = vehicle.track()
-        rule = quadrature.gauss(vehicle.wheel_delays[-1])
+        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1]), light)
         port = plant.responses(rule.omega, "deflection_" + metric.removeprefix("deflection_rms_"))
         return PortFigure(
             Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)
         )
     goal = problem.goal if metric == problem.base_objective else None
-    J = mean_square(replace(problem, objective=metric, goal=goal, points=()), primary_open=opened)
+    J = mean_square(replace(problem, objective=metric, goal=goal, points=()), primary_open=opened, light=light)
     return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.weight))
 
 

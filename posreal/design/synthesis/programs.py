@@ -17,7 +17,7 @@ from posreal.design.problem import Problem
 from posreal.design.synthesis import bmi
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate
-from posreal.design.synthesis.figures import PortFigure
+from posreal.design.synthesis.figures import PeakGain, PortFigure
 from posreal.design.synthesis.generalised_plant import damped_plant, generalised_plant
 from posreal.design.synthesis.judge import damper
 from posreal.design.synthesis.linearised import Norm, Sector
@@ -142,7 +142,7 @@ def goals_of(problem: Problem, scale: Scale) -> bmi.Goals:
     def norm(point: Problem, metric: str) -> Norm:
         plant = generalised_plant(point, scale, metric)
         figure = figure_of(point, metric, scale)
-        assert isinstance(figure, PortFigure)
+        assert isinstance(figure, PortFigure | PeakGain)
         return Norm(plant, metric.startswith("gain_"), figure)
 
     sums: list[tuple[tuple[float, Norm], ...]] = []

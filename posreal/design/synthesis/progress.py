@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from joblib import Parallel, delayed
 
@@ -59,11 +59,11 @@ class Search:
             self.best, self.value = candidate, value
             self.history.append(Step(method, value))
 
-    def regrid(self, panels: int) -> None:
-        """Measure on another grid from now on, the best so far first."""
-        if panels == self.judge.panels:
+    def regrid(self, judge: Judge) -> None:
+        """Measure by another judge's grids from now on, the best so far first."""
+        if judge.light == self.judge.light:
             return
-        self.judge = replace(self.judge, panels=panels)
+        self.judge = judge
         self.value = self.judge.measure(self.best)
         last = self.history[-1:] if math.isfinite(self.value) else []
         self.history = [step for step in self.history if step.value > self.value]
