@@ -11,12 +11,13 @@ PACKAGE = Path(__file__).parents[1] / "posreal"
 MAY_IMPORT = {
     "errors": set(),
     "admittance": {"errors"},
+    "text_table": set(),
     "units": {"errors", "admittance"},
     "network": {"errors", "admittance", "units"},
     "realise": {"errors", "admittance", "network"},
     "vehicle": {"errors", "admittance", "units"},
     "design": {"errors", "admittance", "network", "units", "vehicle"},
-    "study": {"errors", "admittance", "network", "units", "vehicle", "realise", "design"},
+    "study": {"errors", "admittance", "network", "units", "text_table", "vehicle", "realise", "design"},
 }
 
 

@@ -18,7 +18,7 @@ from posreal.design.search import FrontPoint, Search, unrestricted
 from posreal.errors import BadInput, listed
 from posreal.network.diagram import diagram
 from posreal.study.strut import mounted, terminals
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 
 _PICTURES = (".png", ".svg", ".pdf")
 

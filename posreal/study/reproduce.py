@@ -12,7 +12,7 @@ from typing import Any
 from posreal.design import Design, Layout, layouts, optimise, problem
 from posreal.design.layout import Published
 from posreal.design.optimise import evaluate_layout
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 from posreal.units import engineering
 from posreal.vehicle import Metric
 

@@ -18,7 +18,7 @@ import numpy as np
 from posreal.admittance import Rational
 from posreal.design import Design, Problem, metrics_to_dict
 from posreal.errors import BadInput, Infeasible
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 from posreal.vehicle import Metric, override
 
 Metrics = Mapping[str, Metric]

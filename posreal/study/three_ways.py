@@ -12,7 +12,7 @@ from typing import Any
 
 from posreal.design import Design
 from posreal.errors import BadInput
-from posreal.study.text import table
+from posreal.text_table import table
 from posreal.vehicle import ClosedLoop, PlanView, QuarterCar, SideView, UserPlant, covariance, metrics, simulation
 
 
