@@ -12,12 +12,13 @@ MAY_IMPORT = {
     "errors": set(),
     "admittance": {"errors"},
     "text_table": set(),
+    "files": {"errors"},
     "units": {"errors", "admittance"},
-    "network": {"errors", "admittance", "units"},
+    "network": {"errors", "admittance", "units", "files"},
     "realise": {"errors", "admittance", "network"},
     "vehicle": {"errors", "admittance", "units"},
     "design": {"errors", "admittance", "network", "units", "vehicle"},
-    "study": {"errors", "admittance", "network", "units", "text_table", "vehicle", "realise", "design"},
+    "study": {"errors", "admittance", "network", "units", "text_table", "files", "vehicle", "realise", "design"},
 }
 
 
