@@ -46,7 +46,7 @@ from posreal.network.latex import latex
 from posreal.network.picture import save_picture
 from posreal.network.spice import spice
 from posreal.network.table import table
-from posreal.realise import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
+from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce

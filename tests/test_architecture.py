@@ -15,10 +15,10 @@ MAY_IMPORT = {
     "files": {"errors"},
     "units": {"errors", "admittance"},
     "network": {"errors", "admittance", "units", "files"},
-    "realise": {"errors", "admittance", "network"},
+    "realisation": {"errors", "admittance", "network"},
     "vehicle": {"errors", "admittance", "units"},
     "design": {"errors", "admittance", "network", "units", "vehicle"},
-    "study": {"errors", "admittance", "network", "units", "text_table", "files", "vehicle", "realise", "design"},
+    "study": {"errors", "admittance", "network", "units", "text_table", "files", "vehicle", "realisation", "design"},
 }
 
 

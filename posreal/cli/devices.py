@@ -27,7 +27,7 @@ def check(device: DeviceWords, repair: Repair = None, as_json: AsJson = False) -
         print("\n  ".join([str(verdict), *verdict.facts()]))
     repaired = None
     if repair is not None:
-        from posreal.realise import nearest_positive_real
+        from posreal.realisation import nearest_positive_real
 
         repaired = nearest_positive_real(admittance, repair)
     if as_json:
@@ -63,8 +63,8 @@ def realise(
 ) -> None:
     """Build a network for a device, and prove that it is the device."""
     from posreal.admittance import as_rational
-    from posreal.realise import Limits, nearest_positive_real, realise_all
-    from posreal.realise import realise as build
+    from posreal.realisation import Limits, nearest_positive_real, realise_all
+    from posreal.realisation import realise as build
 
     check_paths(write)
     if tolerance is None and over is not None:

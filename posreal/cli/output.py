@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from posreal.admittance import Rational
     from posreal.design import Design
     from posreal.network import Network
-    from posreal.realise import Realisation
+    from posreal.realisation import Realisation
 
 
 def print_json(document: Any) -> None:

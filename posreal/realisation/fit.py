@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.network import Network
-from posreal.realise.elements import revalued
+from posreal.realisation.elements import revalued
 
 STARTS = 2  # besides the values given
 STEPS = 80  # evaluations a start may take
