@@ -48,7 +48,7 @@ from posreal.network.picture import save_picture
 from posreal.network.spice import spice
 from posreal.network.table import table
 from posreal.plant.plant import Plant
-from posreal.realise import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
+from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce

@@ -13,7 +13,7 @@ from posreal.design import Design, Layout, layouts, optimise, problem
 from posreal.design.layout import Published
 from posreal.design.optimise import evaluate_layout
 from posreal.metric import Measured
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 from posreal.units import engineering
 
 TABLE5 = {"J1z_L": 1.66, "J1z_M": 1.05, "J1z_T": 2.22}

@@ -19,7 +19,7 @@ from posreal.admittance import Rational
 from posreal.design import Design, Problem, metrics_to_dict
 from posreal.errors import BadInput, Infeasible
 from posreal.metric import Measured
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 from posreal.vehicle import override
 
 Metrics = Mapping[str, Measured]

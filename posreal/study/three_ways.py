@@ -15,7 +15,7 @@ from posreal.design import Design
 from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle, LargestOverSpeeds
 from posreal.plant import time_response
-from posreal.study.text import table
+from posreal.text_table import table
 
 
 @dataclass(frozen=True)
