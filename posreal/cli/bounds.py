@@ -52,7 +52,6 @@ def bound(
     from posreal.design import read_design
     from posreal.design.bound import bound as search
     from posreal.design.bound import reached
-    from posreal.vehicle import PlanView, SideView
 
     question = posed(problem, vehicle, position, objective, stiffness)
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
@@ -71,7 +70,7 @@ def bound(
         print_json(found.to_dict() | ({"orders": per_order} if rows else {}))
         return
     print(f"{question.name}: {found}")
-    if isinstance(question.vehicle, PlanView | SideView):
+    if not question.whole_band:
         print(
             f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
         )

@@ -4,7 +4,6 @@ from posreal.design.bound import Bound
 from posreal.design.constraint import Constraint
 from posreal.design.device import evaluate, read_design
 from posreal.design.layout import Layout, layout, layouts
-from posreal.design.mounting import Mounting
 from posreal.design.named import limited, over_points, problem, problems
 from posreal.design.optimise import optimise
 from posreal.design.problem import Problem
@@ -12,6 +11,7 @@ from posreal.design.result import Design, metrics_to_dict
 from posreal.design.search import Search
 from posreal.design.synthesise import synthesise
 from posreal.design.user_problem import problem_from_plant
+from posreal.plant.mounting import Mounting
 
 __all__ = [
     "Bound",

@@ -8,7 +8,6 @@ static spring or behind the bush.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import re
 from collections.abc import Sequence
@@ -26,6 +25,7 @@ from posreal.errors import BadDevice, BadInput, listed
 from posreal.network import Network
 from posreal.network.read_device import is_file, read_device
 from posreal.units import exact_quantity
+from posreal.vehicle import parameters
 
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
 
@@ -74,7 +74,7 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
     chosen = layout(text) if is_layout else None
     elements: dict[str, str] = {}
     vehicle: dict[str, str] = {}
-    parameters = [field.name for field in dataclasses.fields(problem.vehicle)]
+    known = list(parameters(problem.vehicle))
     for word in rest:
         match = _ASSIGNMENT.fullmatch(word.strip())
         if match is None:
@@ -82,11 +82,11 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
         name, value = match.groups()
         if chosen is not None and name in chosen.network.names:
             elements[name] = value.strip()
-        elif name in parameters:
+        elif name in known:
             vehicle[name] = value.strip()
         else:
             of_layout = f"the elements {listed(chosen.network.names)} of {chosen.name}, and " if chosen else ""
-            raise BadInput(f"unknown parameter {name!r}; accepted are {of_layout}the vehicle's {listed(parameters)}")
+            raise BadInput(f"unknown parameter {name!r}; accepted are {of_layout}the vehicle's {listed(known)}")
     if chosen is None:
         device = read_device(text)
         return evaluate(problem.with_vehicle({**_chosen_in(text, problem), **vehicle}), device)

@@ -10,10 +10,9 @@ import numpy as np
 
 from posreal.design.constraint import Range
 from posreal.design.goal import Goal, weighted_sum
-from posreal.design.problem import WORST_CASE, Problem, Vehicle
+from posreal.design.problem import WORST_CASE, Problem
 from posreal.errors import BadInput, hint, listed
-from posreal.vehicle import PlanView, QuarterCar, SideView, from_file, override
-from posreal.vehicle.user_plant import UserPlant
+from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
 
 VEHICLES: tuple[type[PlanView] | type[SideView] | type[QuarterCar], ...] = (PlanView, SideView, QuarterCar)
 
@@ -167,18 +166,6 @@ def _minimising(chosen: Problem, objective: str) -> Problem:
     return dataclasses.replace(chosen, objective=goal.name, goal=goal)
 
 
-_LIMITED: dict[type, tuple[str, ...]] = {
-    PlanView: ("Macc", "max_yv", "static_stiffness", "inertance"),
-    SideView: (
-        *(f"J1z_{point}{band}" for band in ("", "_whole") for point in "LMT"),
-        *(f"deflection_{kind}{end}" for kind in ("", "rms_", "overall_") for end in ("front", "rear")),
-        "static_stiffness",
-        "inertance",
-    ),
-    QuarterCar: ("J1", "J3", "gain_acceleration", "gain_tyre_force", "static_stiffness", "inertance"),
-}
-
-
 def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
     """The problem with upper limits on metrics, in their units, on top of its own constraints.
 
@@ -187,11 +174,7 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
     BadInput
         For a metric that cannot be limited, or a limit that is not a number above 0.
     """
-    if isinstance(problem.vehicle, UserPlant):
-        outputs = problem.vehicle.shaken.outputs
-        known = (*(f"rms_{o}" for o in outputs), *(f"gain_{o}" for o in outputs), "static_stiffness", "inertance")
-    else:
-        known = _LIMITED[type(problem.vehicle)]
+    known = [name for name, metric in problem.vehicle.metrics.items() if metric.better == "less"]
     for name, value in limits.items():
         if name not in known:
             raise BadInput(f"{name!r} cannot be limited in {problem.name}; {hint(name, known)}")
@@ -211,7 +194,7 @@ def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Proble
     BadInput
         For a parameter that the vehicle does not have, or a value out of range.
     """
-    if isinstance(problem.vehicle, UserPlant):
+    if not parameters(problem.vehicle):
         raise BadInput(f"{problem.name} is a plant of the user's own, which has no parameters to vary by name")
     checked = []
     for point in points:

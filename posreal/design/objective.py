@@ -21,13 +21,13 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from posreal.admittance import Rational, state_space
-from posreal.design.mounting import Mounting
-from posreal.design.problem import Problem, Vehicle
+from posreal.design.problem import Problem
 from posreal.errors import BadInput
+from posreal.metric import Norm
 from posreal.plant import hinf_norm, quadrature
-from posreal.plant.plant import PortResponses, close
-from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
-from posreal.vehicle.metrics import SPEEDS
+from posreal.plant.mounting import Mounting
+from posreal.plant.plant import Plant, PortResponses, close
+from posreal.vehicle import Vehicle
 
 Complex = np.ndarray
 Modes = tuple[tuple[float, float], ...]
@@ -38,9 +38,7 @@ NARROW = 0.02  # damping ratio of a mode that 48 panels a decade may not see
 _LIGHT = 0.04  # damping ratio of a resonance that 12 panels a decade see to a thousandth of its mean square
 _BROAD = 0.3  # damping ratio of a mode that any panel sees to rounding
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-_RIPPLE = (
-    3000.0  # rad/s, to which delays are followed over the whole band: beyond it is 1e-6 of the side view's mean square
-)
+_RIPPLE = 100.0  # middle frequencies, to which delays are followed: beyond is 1e-6 of the side view's mean square
 
 
 @dataclass(frozen=True)
@@ -86,6 +84,11 @@ class MeanSquare:
         port, inner = mounting.response(Y, self.s)
         J, slopes = self.value_and_slopes({"secondary": port})
         return J, slopes["secondary"] * inner
+
+
+def opened(problem: Problem) -> bool:
+    """Whether a free vehicle parameter stands in other ports than the device."""
+    return any(problem.vehicle.free[name][0] != "secondary" for name in problem.free)
 
 
 def modes(problem: Problem, port: Rational) -> Modes:
@@ -145,7 +148,7 @@ def graded(rule: quadrature.Quadrature, found: Modes) -> quadrature.Quadrature:
 
 
 def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 12, light: Modes = ()) -> MeanSquare:
-    """The problem's mean-square objective (Macc where the objective is gauging).
+    """The problem's mean-square objective, or the vehicle's ride where the objective is a peak in time.
 
     Macc, the largest over all speeds, is taken at the highest. ``J1z_…`` to 20 Hz and ``Macc``/``J1y`` on the paper's
     band by a Gauss rule; the others, ``J1z_…_whole`` among them, on the whole axis. The norm of several figures of one
@@ -166,7 +169,9 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
     BadInput
         If the objective is no mean square.
     """
-    name = problem.objective if problem.objective != "max_yv" else "Macc"
+    name = problem.objective
+    if problem.goal is None and (metric := problem.vehicle.metrics.get(name)) is not None and metric.norm() is None:
+        name = problem.vehicle.ride
     norm = problem.goal is not None and problem.goal.kind == "norm"
     parts = problem.goal.parts if norm and problem.goal is not None else ((name, 1.0),)
     return _mean_square(problem.vehicle, tuple(parts), primary_open, panels, light)
@@ -176,37 +181,43 @@ def mean_square(problem: Problem, *, primary_open: bool = False, panels: int = 1
 def _mean_square(
     vehicle: Vehicle, parts: tuple[tuple[str, float], ...], primary_open: bool, panels: int, light: Modes
 ) -> MeanSquare:
-    match vehicle:
-        case PlanView():
-            if parts[0][0] == "Macc":  # the largest over all speeds, which is at the highest
-                vehicle = vehicle.at(float(SPEEDS[-1]))
-            rule = quadrature.gauss(vehicle.axle_delay, start=0.005, per_decade=panels)
-            plant = vehicle.random_track(primary_open=primary_open)
-            known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
-        case SideView():
-            plant, latest = vehicle.track(), vehicle.wheel_delays[-1]
-            whole = parts[0][0].endswith("_whole")
-            rule = (
-                quadrature.whole_line(hinf_norm.middle(plant), longest_delay=latest, ripple=_RIPPLE, per_decade=panels)
-                if whole
-                else quadrature.gauss(latest, per_decade=panels)
-            )
-            suffix = "_whole" if whole else ""
-            known = {f"J1z_{point}{suffix}": (f"acceleration_{point}", 100 / vehicle.g) for point in "LMT"}
-        case QuarterCar():
-            rule = quadrature.whole_line(math.sqrt(vehicle.kt / vehicle.mu), per_decade=panels)
-            plant = vehicle.road()
-            known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)}
-        case UserPlant():
-            plant = vehicle.shaken
-            delay = float(plant.delays.max())
-            fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
-            rule = quadrature.whole_line(hinf_norm.middle(plant), longest_delay=delay, per_decade=fine)
-            known = {f"rms_{output}": (output, 1.0) for output in plant.outputs}
-    for name, _ in parts:
-        if name not in known:
-            raise BadInput(f"{name} is not a mean-square figure of the {vehicle.name} vehicle")
-    rule = graded(rule, light)
-    port = plant.responses(rule.omega, *(known[name][0] for name, _ in parts))
-    squares = tuple((weight * known[name][1]) ** 2 * share for name, weight in parts for share in plant.shares)
-    return MeanSquare(rule, port, plant.density, squares)
+    norms = [norm_of(vehicle, name, "H2") for name, _ in parts]
+    first = norms[0]
+    there = vehicle if first.speed is None else vehicle.at(first.speed)
+    plant = there.plant(first.load, opened=primary_open)
+    rule = graded(search_rule(plant, first, panels), light)
+    port = plant.responses(rule.omega, *(norm.output for norm in norms))
+    units = [weight * norm.factor(vehicle) for (_, weight), norm in zip(parts, norms, strict=True)]
+    return MeanSquare(rule, port, plant.density, tuple(unit**2 * share for unit in units for share in plant.shares))
+
+
+def norms(vehicle: Vehicle, kind: str) -> list[tuple[str, Norm]]:
+    """The metrics of a vehicle that are system norms of a kind."""
+    found = ((name, metric.norm()) for name, metric in vehicle.metrics.items())
+    return [(name, norm) for name, norm in found if norm is not None and norm.kind == kind]
+
+
+def norm_of(vehicle: Vehicle, name: str, *kinds: str) -> Norm:
+    """The system norm that a metric is.
+
+    Raises
+    ------
+    BadInput
+        If it is none of `kinds`.
+    """
+    metric = vehicle.metrics.get(name)
+    norm = None if metric is None else metric.norm()
+    if norm is None or norm.kind not in kinds:
+        words = {"H2": "a root mean square", "H∞": "a largest gain"}
+        raise BadInput(f"{name} is not {' or '.join(words[kind] for kind in kinds)} of the {vehicle.name} vehicle")
+    return norm
+
+
+def search_rule(plant: Plant, norm: Norm, panels: int) -> quadrature.Quadrature:
+    """The grid of a search for a root mean square: panels a decade up to where it ends, or over the whole axis."""
+    latest = float(plant.delays.max())
+    if not math.isinf(norm.stop):
+        return quadrature.gauss(latest, start=norm.start, stop=norm.stop, per_decade=panels)
+    fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
+    middle = hinf_norm.middle(plant)
+    return quadrature.whole_line(middle, longest_delay=latest, ripple=_RIPPLE * middle, per_decade=fine)

@@ -39,7 +39,6 @@ from posreal.design.synthesis.measured import figure_of, objective_figures
 from posreal.design.synthesis.scale import STRUT
 from posreal.design.threads import one_thread
 from posreal.errors import BadInput, Infeasible, PosrealError
-from posreal.vehicle import PlanView
 from posreal.vehicle.metrics import SPEEDS
 
 Array = np.ndarray
@@ -142,9 +141,7 @@ class _Station:
 
     def damping(self, point: str, speeds: tuple[float, ...]) -> Damping:
         """Damping ratios at an operating point."""
-        vehicle = self._at(point).vehicle
-        assert isinstance(vehicle, PlanView)
-        return Damping(vehicle, STRUT, tuple(self.free), speeds)
+        return Damping(self._at(point).vehicle, STRUT, tuple(self.free), speeds)
 
     def requirements(self, watch: _Watch) -> list[Requirement]:
         """The constraints as the local search sees them."""
@@ -228,8 +225,8 @@ def _default(station: _Station) -> list[Point]:
     around, target = (0.0 if beside is None else np.asarray(beside(s))), np.asarray(problem.default_port(s))
     ends = np.array(list(itertools.product(*elements.bounds))).reshape(-1, elements.size)
     trials = [ends]
-    if isinstance(problem.vehicle, PlanView):
-        c = math.log(problem.vehicle.Csy)
+    if (device := problem.default_device) is not None and device.degree == 0:
+        c = math.log(float(device(1.0).real))
         dampers = [name[0] == "c" for name in elements.names]
         trials += [np.where(np.arange(elements.size) == i, c, ends) for i in np.flatnonzero(dampers)]
     points = np.clip(np.vstack(trials), elements.lower, elements.upper)

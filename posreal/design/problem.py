@@ -10,6 +10,7 @@ of them: a limit is the same number everywhere, and "the default" is the default
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -19,15 +20,11 @@ from typing import Any
 from posreal.admittance import Rational
 from posreal.design.constraint import ROUNDING, Constraint, Range
 from posreal.design.goal import Goal
-from posreal.design.mounting import Mounting
 from posreal.errors import BadInput, Infeasible
 from posreal.metric import Measured
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
-from posreal.vehicle import PlanView, QuarterCar, SideView, override
-from posreal.vehicle.user_plant import UserPlant
-from posreal.vehicle.vehicle import measure
-
-Vehicle = PlanView | SideView | QuarterCar | UserPlant
+from posreal.vehicle import Place, Vehicle, measure, override
 
 WORST_CASE = "worst-case "  # begins the objective's name where it is the worst over several operating points
 
@@ -41,7 +38,7 @@ class Problem:
     name : str
     summary : str
         One sentence for tables.
-    vehicle : PlanView, SideView, QuarterCar or UserPlant
+    vehicle : Vehicle
     objective : str
         Name of the metric that is minimised.
     keep : tuple of str
@@ -90,37 +87,24 @@ class Problem:
         return dataclasses.replace(self, vehicle=self.reference, reference=None)
 
     @property
-    def mounting(self) -> Mounting:
-        """What the port holds besides the device."""
-        match self.vehicle:
-            case PlanView(Ksy=k) | QuarterCar(k=k):
-                return Mounting(beside=Rational.spring(k), behind=None)
-            case SideView() as side:
-                return Mounting(beside=side.airspring(), behind=Rational.spring(side.bush))
-            case UserPlant() as own:
-                return Mounting(own.beside, own.behind)
-        raise AssertionError(self.vehicle)
+    def place(self) -> Place:
+        """Where the device goes."""
+        return self.vehicle.places["secondary"]
 
     @property
-    def roles(self) -> dict[str, str]:
+    def mounting(self) -> Mounting:
+        """What the port holds besides the device."""
+        return self.place.around
+
+    @property
+    def roles(self) -> Mapping[str, str]:
         """Elements of a layout that stand for a part of the vehicle: role → vehicle parameter."""
-        match self.vehicle:
-            case PlanView():
-                return {"static spring": "Ksy"}
-            case QuarterCar():
-                return {"static spring": "k"}
-            case SideView():
-                return {"bush": "bush"}
-            case UserPlant():
-                return {}
-        raise AssertionError(self.vehicle)
+        return self.place.roles
 
     @property
     def layout_mounting(self) -> Mounting:
         """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
-        if isinstance(self.vehicle, UserPlant):
-            return Mounting(self.vehicle.beside, None)
-        return Mounting(self.vehicle.airspring() if isinstance(self.vehicle, SideView) else None, None)
+        return Mounting(self.place.beside_strut, None)
 
     def port(self, device: Rational | None, *, whole: bool = False) -> Rational:
         """Port admittance with `device` in its place, or with a `whole` strut, as a layout is."""
@@ -155,12 +139,12 @@ class Problem:
     @property
     def default_device(self) -> Rational | None:
         """What the vehicle comes with in the device's place."""
-        return Rational.damper(self.vehicle.Csy) if isinstance(self.vehicle, PlanView) else None
+        return self.place.default
 
     @property
     def default_port(self) -> Rational | None:
         """Port admittance of the vehicle's default suspension, the reference of improvements; None if it has none."""
-        return None if isinstance(self.vehicle, QuarterCar | UserPlant) else self.port(self.default_device)
+        return self.port(self.default_device) if self.place.has_default else None
 
     # --- what counts -----------------------------------------------------------------------------------------
 
@@ -200,16 +184,7 @@ class Problem:
     @property
     def plant(self) -> Plant:
         """The vehicle on its random track or road, cut open at the device."""
-        match self.vehicle:
-            case PlanView() as plan:
-                return plan.random_track()
-            case SideView() as side:
-                return side.track()
-            case QuarterCar() as quarter:
-                return quarter.road()
-            case UserPlant() as own:
-                return own.shaken
-        raise AssertionError(self.vehicle)
+        return self.vehicle.plant(self.vehicle.random)
 
     @property
     def base_objective(self) -> str:
@@ -219,7 +194,9 @@ class Problem:
     @property
     def whole_band(self) -> bool:
         """Whether the objective is over all frequencies, as bounds are, and does not end at 20 Hz."""
-        return isinstance(self.vehicle, QuarterCar | UserPlant) or self.base_objective.endswith("_whole")
+        parts = (self.base_objective,) if self.goal is None else tuple(name for name, _ in self.goal.parts)
+        norms = [self.vehicle.metrics[name].norm() for name in parts]
+        return all(norm is not None and math.isinf(norm.stop) for norm in norms)
 
     @cached_property
     def at_points(self) -> dict[str, Problem]:

@@ -4,7 +4,7 @@ from posreal.metric.closed_vehicle import ClosedVehicle, Cut
 from posreal.metric.damping_ratio import DampingRatio
 from posreal.metric.largest_gain import LargestGain
 from posreal.metric.measured import Measured
-from posreal.metric.metric import Metric
+from posreal.metric.metric import Metric, Norm
 from posreal.metric.over_speeds import LargestOverSpeeds
 from posreal.metric.peak_in_time import PeakInTime
 from posreal.metric.port_limit import Inertance, StaticStiffness
@@ -20,6 +20,7 @@ __all__ = [
     "LargestOverSpeeds",
     "Measured",
     "Metric",
+    "Norm",
     "PeakInTime",
     "RootMeanSquare",
     "StaticStiffness",

@@ -14,7 +14,8 @@ from posreal.metric.measured import Measured
 class Norm:
     """What a metric is in terms of system norms: of one output on one load, times `factor(vehicle)`.
 
-    `stop` is where a root mean square ends, rad/s; inequalities and bounds are over all frequencies.
+    A root mean square is over `start` … `stop`, rad/s; inequalities and bounds are over all frequencies. `speed` (m/s)
+    is where a search takes the largest over a range of speeds.
     """
 
     kind: Literal["H2", "H∞"]
@@ -22,6 +23,8 @@ class Norm:
     output: str
     factor: Callable[[Any], float]
     stop: float
+    start: float = 0.0
+    speed: float | None = None
 
 
 class Metric(Protocol):

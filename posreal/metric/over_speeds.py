@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -36,8 +36,8 @@ class LargestOverSpeeds:
         return self.metric.measure(closed.at(self.worst_speed(closed)))
 
     def norm(self) -> Norm:
-        """That of the metric."""
-        return self.metric.norm()
+        """That of the metric, at the highest speed."""
+        return replace(self.metric.norm(), speed=max(self.speeds))
 
     def worst_speed(self, closed: ClosedVehicle) -> float:
         """The speed (m/s) at which the metric is largest."""

@@ -80,7 +80,8 @@ class SummedRootMeanSquare:
 
     def norm(self) -> Norm:
         """H2, up to 20 Hz."""
-        return Norm("H2", self.load, self.output, one, quadrature.BAND)
+        half = float(quadrature.lateral_sum().weight[0]) / 2  # the sum is a midpoint rule that starts at Δω/2
+        return Norm("H2", self.load, self.output, one, quadrature.BAND, half)
 
     def estimate(self, closed: ClosedVehicle) -> float:
         """The value well enough to choose a speed by: a Gauss rule, or by modes where one is too light for that."""

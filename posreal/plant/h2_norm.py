@@ -16,10 +16,8 @@ import itertools
 import math
 import warnings
 
-import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 
-from posreal.errors import Infeasible
 from posreal.plant.plant import ClosedLoop, channels
 
 
@@ -52,20 +50,3 @@ def mean_square(loop: ClosedLoop, output: str) -> float:
             term = float(loop.B[:, k] @ Q @ expm(loop.A * (late - early)) @ loop.B[:, i])
             total += share * (term if i == k else 2 * term)
     return math.pi * loop.density * total
-
-
-def rms(loop: ClosedLoop, output: str) -> float:
-    """Root mean square of an output over all frequencies; infinite where white noise passes straight through.
-
-    Raises
-    ------
-    Infeasible
-        If the loop is not asymptotically stable.
-    """
-    j = loop.output(output)
-    if np.any(np.abs(loop.D[j]) > 1e-12 * max(1.0, float(np.abs(loop.C[j]).max()))):
-        return math.inf
-    growth = float(loop.poles().real.max())
-    if growth >= 0:
-        raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
-    return math.sqrt(max(mean_square(loop, output), 0.0))

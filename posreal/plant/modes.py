@@ -24,6 +24,7 @@ from posreal.plant.plant import ClosedLoop, Complex, Real, ShapingFilter, channe
 Corners: TypeAlias = "Sequence[tuple[float, float]]"
 """(instant in s, change of slope) of an input made of ramps."""
 
+_EPS, _EXACT = 1e-16, 1e-11  # rounding of a mode's part, and what of the largest response it may be
 _FAR = 40.0  # from where the asymptotic series of the exponential integral is good to rounding
 
 
@@ -80,8 +81,37 @@ class Modes:
         return step * float(sum(weight * (np.abs(z) ** 2).sum() for weight, z in squares))
 
     def ramp(self, time: Real, corners: Corners, output: str) -> Real:
-        """Response at every instant of `time` (s) to w(t) = Σ change · max(0, t − instant) in every channel."""
-        j, total = self.outputs.index(output), np.zeros(len(time))
+        """Response at every instant of `time` (s) to w(t) = Σ change · max(0, t − instant) in every channel.
+
+        Between two instants at which a corner reaches a channel it is a line and the free decay of the modes, so one
+        exponential of each mode serves all corners before; with modes so slow that line and decay cancel, each corner
+        is summed by itself.
+        """
+        j = self.outputs.index(output)
+        events = sorted(
+            (instant + float(late), change, channel)
+            for channel, late in enumerate(self.delays)
+            for instant, change in corners
+        )
+        starts = np.array([at for at, _, _ in events])
+        parts = self.residues[j] / np.where(self.poles == 0, 1.0, self.poles) ** 2
+        total = np.zeros(len(time))
+        decay, offset, slope, before = np.zeros(len(self.poles), complex), 0.0, 0.0, 0.0
+        for i, (at, change, channel) in enumerate(events):
+            decay = decay * np.exp(self.poles * (at - before)) + change * parts[channel]
+            rate = change * (float(self.direct[j, channel]) - float((parts[channel] * self.poles).sum().real))
+            offset, slope = offset - change * float(parts[channel].sum().real) - rate * at, slope + rate
+            before = at
+            here = (time > at) & (time <= (starts[i + 1] if i + 1 < len(events) else np.inf))
+            waves = np.exp(np.multiply.outer(time[here] - at, self.poles)) @ decay
+            total[here] = waves.real + offset + slope * time[here]
+        size = float(np.abs(parts).sum()) * max(abs(change) for _, change in corners)
+        if np.all(self.poles != 0) and size * _EPS <= _EXACT * float(np.abs(total).max(initial=0.0)):
+            return total
+        return self._ramp_by_corners(time, corners, j)
+
+    def _ramp_by_corners(self, time: Real, corners: Corners, j: int) -> Real:
+        total = np.zeros(len(time))
         for channel, late in enumerate(self.delays):
             for instant, change in corners:
                 after = time > instant + late

@@ -74,7 +74,8 @@ def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
             time = low + step * np.arange(-1, _BLOCK + 1)
             z = np.abs(of.ramp(time, corners, output))
             best = max(best, float(z.max()))
-            top = np.flatnonzero((z[1:-1] >= z[:-2]) & (z[1:-1] >= z[2:]) & (z[1:-1] >= _NEAR * best)) + 1
+            tops = (z[1:-1] >= z[:-2]) & (z[1:-1] >= z[2:]) & (z[1:-1] >= _NEAR * best)
+            top = np.union1d(np.flatnonzero(tops) + 1, np.argmax(z))
             candidates += zip(z[top].tolist(), time[top].tolist(), strict=True)
         left = float(ramps @ np.exp(-decay * (stop - last)))
         if abs(limit) + left <= best * (1 + _SETTLED):

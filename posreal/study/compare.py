@@ -11,19 +11,11 @@ from typing import Any
 from posreal.design import Bound, Design, Problem, evaluate, layouts, optimise, synthesise
 from posreal.design.bound import bound as prove
 from posreal.design.caveats import caveats
-from posreal.design.search.ground import mean_square_metrics
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.network import Network
 from posreal.network.diagram import diagram
 from posreal.study.strut import degree, realised, strut, terminals
 from posreal.text_table import percent, table
-
-_HEADLINES = {
-    "side-view": ("J1z_L", "J1z_M", "J1z_T"),
-    "plan-view": ("Macc", "Ldmp", "max_yv"),
-    "quarter-car": ("J1", "J3"),
-}
-_MOST = 5  # outputs of a plant of the user's own that have a column
 
 
 @dataclass(frozen=True)
@@ -77,7 +69,7 @@ class Comparison:
     def _metrics(self) -> tuple[str, ...]:
         """Metrics that have a column."""
         problem = self.problem
-        shown = _HEADLINES.get(problem.vehicle.name) or mean_square_metrics(problem)[:_MOST]
+        shown = problem.vehicle.columns
         return shown if problem.objective in shown else (*shown, problem.objective)
 
     def __str__(self) -> str:
@@ -88,7 +80,7 @@ class Comparison:
         problem, metrics = self.problem, self._metrics
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         called = {name: name for name in metrics} | {problem.objective: self.objective_label}
-        improved = metrics if problem.vehicle.name == "side-view" else (problem.objective,)
+        improved = metrics if problem.vehicle.compared else (problem.objective,)
         better = [f"better at {called[name].removeprefix('J1z_')}" for name in improved]
         if len(improved) == 1:
             better = [f"{called[problem.objective]} better"]
@@ -213,8 +205,7 @@ def compare(
     rows: list[Design] = []
     notes: list[str] = []
     if problem.default_port is not None:
-        label = "airspring only" if problem.vehicle.name == "side-view" else "default (k | c)"
-        rows.append(evaluate(problem, None, label=label))
+        rows.append(evaluate(problem, None, label=problem.place.default_label))
     for entry in layouts():
         if entry.fits(problem):
             say(f"optimising {entry.name}")

@@ -8,7 +8,6 @@ from fractions import Fraction
 from posreal.design import Design, Problem
 from posreal.network import Network, Spring
 from posreal.realisation import Realisation, realise
-from posreal.vehicle import SideView
 
 
 def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisation]:
@@ -37,19 +36,15 @@ def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisati
 def mounted(problem: Problem, network: Network) -> Network:
     """A network in the device's place together with the spring that belongs to the strut: the bush behind it, or the
     static spring beside it (not the airspring, which is a part of its own)."""
-    vehicle = problem.vehicle
-    if isinstance(vehicle, SideView):
-        return Spring(Fraction(vehicle.bush), "k_bush") + network
-    if "static spring" not in problem.roles:  # a plant of the user's, which knows of no spring by name
-        return network
-    static = Fraction(getattr(vehicle, problem.roles["static spring"]))
-    return Spring(static, "k_static") | network
+    for role, name in problem.roles.items():
+        spring = Spring(Fraction(getattr(problem.vehicle, name)), f"k_{role.split()[0]}")
+        network = spring + network if role == "bush" else spring | network
+    return network
 
 
 def terminals(problem: Problem) -> tuple[str, str]:
     """What a strut stands between."""
-    ends = {"quarter-car": ("body", "wheel"), "plant": ("+", "-")}
-    return ends.get(problem.vehicle.name, ("body", "bogie"))
+    return problem.place.terminals
 
 
 def degree(design: Design) -> int:

@@ -1,7 +1,8 @@
 """What a device rides in: vehicles cut open at a port, tracks, and the figures by which a suspension is judged."""
 
 from posreal.plant.plant import ClosedLoop, Plant, PortResponses, close
-from posreal.vehicle.parameters import described, from_file, override, read_toml
+from posreal.vehicle.parameters import described, from_file, override, parameters, read_toml
+from posreal.vehicle.place import Place
 from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
@@ -10,6 +11,7 @@ from posreal.vehicle.vehicle import Vehicle, measure
 
 __all__ = [
     "ClosedLoop",
+    "Place",
     "PlanView",
     "Plant",
     "PortResponses",
@@ -22,5 +24,6 @@ __all__ = [
     "from_file",
     "measure",
     "override",
+    "parameters",
     "read_toml",
 ]

@@ -53,6 +53,12 @@ def described(vehicle: Any) -> Iterator[tuple[str, float, str, str, str]]:
         yield field.name, getattr(vehicle, field.name), meta["unit"], meta["meaning"], meta["source"]
 
 
+def parameters(vehicle: Any) -> dict[str, float]:
+    """The value of every parameter by name; none for a plant of the user's own."""
+    known = (field.name for field in dataclasses.fields(vehicle) if "unit" in field.metadata)
+    return {name: getattr(vehicle, name) for name in known}
+
+
 def validated(vehicle: Any) -> None:
     """Refuse parameters that are not finite, negative, or zero where zero is not physical.
 

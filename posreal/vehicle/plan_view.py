@@ -27,6 +27,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.metric import (
     ClosedVehicle,
@@ -39,9 +40,12 @@ from posreal.metric import (
     SummedRootMeanSquare,
 )
 from posreal.metric.damping_ratio import least_damping
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, Real, ShapingFilter
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
+from posreal.vehicle.place import Place
+from posreal.vehicle.vehicle import RAIL_BAND
 
 _TABLE1 = "Jiang2012, Table 1"
 SPEEDS = tuple(float(speed) for speed in range(1, 56))
@@ -91,13 +95,40 @@ class PlanView:
         "inertance": Inertance(),
     }
     headline: ClassVar[tuple[str, ...]] = ("Macc", "J1y", "Ldmp", "max_yv", "static_stiffness")
+    columns: ClassVar[tuple[str, ...]] = ("Macc", "Ldmp", "max_yv")
+    compared: ClassVar[tuple[str, ...]] = ()
+    ride: ClassVar[str] = "Macc"
+    random: ClassVar[str] = "track"
+    passive: ClassVar[bool] = False  # the wheel–rail contact feeds energy in
+    free: ClassVar[Mapping[str, tuple[str, int]]] = {
+        "Ksy": ("secondary", -1),
+        "Kpy": ("primary", -1),
+        "Cpy": ("primary", 0),
+    }
+    pade_band: ClassVar[float | None] = RAIL_BAND
 
     def __post_init__(self) -> None:
         validated(self)
 
-    def plant(self, load: str) -> Plant:
-        """The vehicle on random ``track`` or entering a ``curve``."""
-        return _plant(self, load)
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """The secondary lateral suspension: a device beside the static spring."""
+        spring = Rational.spring(self.Ksy)
+        return {
+            "secondary": Place(
+                Mounting(beside=spring, behind=None),
+                roles={"static spring": "Ksy"},
+                terminals=("body", "bogie"),
+                default=Rational.damper(self.Csy),
+                has_default=True,
+                default_label="default (k | c)",
+                carried=self.mv / 2,
+            )
+        }
+
+    def plant(self, load: str, *, opened: bool = False) -> Plant:
+        """The vehicle on random ``track`` or entering a ``curve``; `opened`: the primary suspension as ports too."""
+        return _plant(self, load, opened)
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Stable at every speed of the list, and at its own."""
@@ -208,8 +239,9 @@ class PlanView:
 
 
 @lru_cache(maxsize=256)
-def _plant(vehicle: PlanView, load: str) -> Plant:
-    return vehicle.random_track() if load == "track" else vehicle.curve_entry()
+def _plant(vehicle: PlanView, load: str, opened: bool) -> Plant:
+    made = vehicle.random_track if load == "track" else vehicle.curve_entry
+    return made(primary_open=opened)
 
 
 def lateral_track_filter(s: np.ndarray) -> np.ndarray:

@@ -17,11 +17,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle, Inertance, LargestGain, Metric, RootMeanSquare, StaticStiffness
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
+from posreal.vehicle.place import Place
+from posreal.vehicle.vehicle import RAIL_BAND
 
 _PS = "PS2006, section V"
 
@@ -48,6 +52,13 @@ class QuarterCar:
         "gain_tyre_force": LargestGain("road", "tyre_force"),
     }
     headline: ClassVar[tuple[str, ...]] = ("J1", "J3", "static_stiffness")
+    columns: ClassVar[tuple[str, ...]] = ("J1", "J3")
+    compared: ClassVar[tuple[str, ...]] = ()
+    ride: ClassVar[str] = "J1"
+    random: ClassVar[str] = "road"
+    passive: ClassVar[bool] = True
+    free: ClassVar[Mapping[str, tuple[str, int]]] = {}
+    pade_band: ClassVar[float | None] = RAIL_BAND
 
     def __post_init__(self) -> None:
         validated(self)
@@ -58,7 +69,19 @@ class QuarterCar:
             raise BadInput(f"speed is {speed:g} m/s; it must be finite and greater than 0")
         return dataclasses.replace(self, V=float(speed))
 
-    def plant(self, load: str) -> Plant:
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """The suspension: a device beside the static spring; the bare spring is no suspension to compare with."""
+        return {
+            "secondary": Place(
+                Mounting(beside=Rational.spring(self.k), behind=None),
+                roles={"static spring": "k"},
+                terminals=("body", "wheel"),
+                carried=self.ms,
+            )
+        }
+
+    def plant(self, load: str, *, opened: bool = False) -> Plant:
         """The vehicle on its random ``road``."""
         return _plant(self)
 

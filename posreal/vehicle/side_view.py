@@ -36,10 +36,13 @@ from posreal.metric import (
     StaticStiffness,
     WeightedSum,
 )
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
+from posreal.vehicle.place import Place
+from posreal.vehicle.vehicle import RAIL_BAND
 
 _TABLE4 = "Jiang2012, Table 4"
 SLOPE = ((0.0, 0.4), (1.0, -0.4))
@@ -113,11 +116,34 @@ class SideView:
         *_deflections("rear"),
         "static_stiffness",
     )
+    columns: ClassVar[tuple[str, ...]] = ("J1z_L", "J1z_M", "J1z_T")
+    compared: ClassVar[tuple[str, ...]] = columns
+    ride: ClassVar[str] = "J1z_T"
+    random: ClassVar[str] = "track"
+    passive: ClassVar[bool] = True
+    free: ClassVar[Mapping[str, tuple[str, int]]] = {}
+    pade_band: ClassVar[float | None] = RAIL_BAND
 
     def __post_init__(self) -> None:
         validated(self)
 
-    def plant(self, load: str) -> Plant:
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """The secondary vertical suspension: a device behind its bush, beside the airspring."""
+        airspring = self.airspring()
+        return {
+            "secondary": Place(
+                Mounting(beside=airspring, behind=Rational.spring(self.bush)),
+                beside_strut=airspring,
+                roles={"bush": "bush"},
+                terminals=("body", "bogie"),
+                has_default=True,
+                default_label="airspring only",
+                carried=self.mv / 2,
+            )
+        }
+
+    def plant(self, load: str, *, opened: bool = False) -> Plant:
         """The vehicle on random ``track`` or running onto a ``slope``: the same plant."""
         return _plant(self)
 

@@ -12,10 +12,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+import numpy as np
+
 from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle, Inertance, LargestGain, Metric, RootMeanSquare, StaticStiffness
+from posreal.plant import hinf_norm
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
+from posreal.vehicle.place import Place
+
+_COLUMNS = 5  # outputs that have a column where designs stand side by side
+_LOOKS = 500  # frequencies at which the ports are looked at
+_GROWS = 1e-9  # of the ports' size: what rounding may make of a passive one
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +42,10 @@ class UserPlant:
     """
 
     name: ClassVar[str] = "plant"
+    compared: ClassVar[tuple[str, ...]] = ()
+    random: ClassVar[str] = "load"
+    free: ClassVar[Mapping[str, tuple[str, int]]] = {}
+    pade_band: ClassVar[float | None] = None
 
     shaken: Plant
     beside: Rational | None = None
@@ -56,6 +69,33 @@ class UserPlant:
         return (*(f"rms_{output}" for output in self.shaken.outputs), "static_stiffness")
 
     @property
+    def columns(self) -> tuple[str, ...]:
+        """The first few root mean squares."""
+        return self.headline[:-1][:_COLUMNS]
+
+    @property
+    def ride(self) -> str:
+        """That of the first output."""
+        return self.headline[0]
+
+    @property
+    def passive(self) -> bool:
+        """Whether the open plant is stable and its ports are passive, on a grid of its own frequencies."""
+        return self._passive
+
+    @cached_property
+    def _passive(self) -> bool:
+        if np.linalg.eigvals(self.shaken.A).real.max() > _GROWS:
+            return False
+        P = self.shaken.responses(hinf_norm.grid(self.shaken, _LOOKS), self.shaken.outputs[0]).Pvf
+        return bool(np.linalg.eigvalsh(P + P.conj().transpose(0, 2, 1)).min() >= -_GROWS * np.abs(P).max())
+
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """The one place, between terminals that have no name."""
+        return {"secondary": Place(Mounting(self.beside, self.behind), beside_strut=self.beside)}
+
+    @property
     def V(self) -> float:
         """It has no speed."""
         return math.nan
@@ -69,7 +109,7 @@ class UserPlant:
         """
         raise BadInput(f"{self.title} is a plant of the user's own, which has no speed")
 
-    def plant(self, load: str) -> Plant:
+    def plant(self, load: str, *, opened: bool = False) -> Plant:
         """The plant on its one load."""
         return self.shaken
 

@@ -9,6 +9,10 @@ from posreal.admittance import Rational
 from posreal.errors import BadInput, hint
 from posreal.metric import ClosedVehicle, Measured, Metric
 from posreal.plant.plant import Plant
+from posreal.vehicle.place import Place
+
+RAIL_BAND = 15.0
+"""rad/s, up to which Padé delays keep their phase on a rail vehicle."""
 
 
 class Vehicle(Protocol):
@@ -21,9 +25,21 @@ class Vehicle(Protocol):
         Everything that can be evaluated on this vehicle.
     headline : tuple of str
         The metrics that are always shown.
+    columns : tuple of str
+        Those that have a column where designs stand side by side, and `compared` those whose improvement has one.
+    ride : str
+        The mean square by which a search takes its units, on the load case `random`.
+    passive : bool
+        Whether the vehicle is stable with every passive device.
+    free : mapping of vehicle parameter to (group of ports, power of s)
+        Parameters that may be free in a search, as what they add to a port's admittance.
+    pade_band : float or None
+        Frequency (rad/s) up to which the delays of the matrix inequalities keep their phase; None: the device's own.
     """
 
     name: ClassVar[str]
+
+    def __hash__(self) -> int: ...
 
     @property
     def metrics(self) -> Mapping[str, Metric]: ...
@@ -32,14 +48,39 @@ class Vehicle(Protocol):
     def headline(self) -> tuple[str, ...]: ...
 
     @property
+    def columns(self) -> tuple[str, ...]: ...
+
+    @property
+    def compared(self) -> tuple[str, ...]: ...
+
+    @property
+    def ride(self) -> str: ...
+
+    @property
+    def random(self) -> str: ...
+
+    @property
+    def passive(self) -> bool: ...
+
+    @property
+    def free(self) -> Mapping[str, tuple[str, int]]: ...
+
+    @property
+    def pade_band(self) -> float | None: ...
+
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """Where devices go, by name."""
+
+    @property
     def V(self) -> float:
         """Speed, m/s."""
 
     def at(self, speed: float) -> Self:
         """The same vehicle at another speed, m/s."""
 
-    def plant(self, load: str) -> Plant:
-        """The vehicle on a load case, its places open."""
+    def plant(self, load: str, *, opened: bool = False) -> Plant:
+        """The vehicle on a load case, its places open; `opened`: the ports of its free parameters as well."""
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Do nothing if the vehicle is stable with the devices in place.

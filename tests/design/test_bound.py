@@ -20,9 +20,9 @@ from posreal.design.bound.ports import enclosed
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.search import cycled
 from posreal.design.bound.space import floats
-from posreal.design.mounting import Mounting
 from posreal.design.named import problem
 from posreal.errors import BadInput, Infeasible
+from posreal.plant.mounting import Mounting
 from posreal.vehicle import QuarterCar
 from tests.strategies import trees
 

@@ -108,7 +108,7 @@ def test_ride_three_ways():
     """Sum to 20 Hz, exact covariance over all frequencies, and a simulated track."""
     by_sum = metrics.lateral_rms(VEHICLE, DEFAULT)
     loop = metrics.inside(VEHICLE, DEFAULT).on("track").shaped_loop()
-    by_covariance = h2_norm.rms(loop, "body_acceleration")
+    by_covariance = math.sqrt(h2_norm.mean_square(loop, "body_acceleration"))
 
     # The definitions differ by what lies above 20 Hz, which adaptive quadrature of another response function gives …
     def density(omega: float) -> float:

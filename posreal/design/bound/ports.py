@@ -23,17 +23,15 @@ from functools import cached_property
 import numpy as np
 from flint import arb, arb_mat, fmpq
 
-from posreal.admittance import Rational, exact, state_space
+from posreal.admittance import Rational, exact
 from posreal.admittance.exact import to_fmpq
 from posreal.admittance.roots import precision
 from posreal.design.bound.space import Point, Space, identity
-from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
-from posreal.errors import BadInput, Infeasible, listed
-from posreal.plant import h2_norm, hinf_norm
-from posreal.plant.plant import ClosedLoop, Plant, close
-from posreal.vehicle import PlanView, QuarterCar, SideView
-from posreal.vehicle.user_plant import UserPlant
+from posreal.errors import BadInput, listed
+from posreal.plant.figures import ClosedPlant
+from posreal.plant.mounting import Mounting
+from posreal.plant.plant import Plant
 
 SQUARES, SUM, PEAK = "squares", "sum", "peak"
 KINDS = {SQUARES: "whole-band H2", SUM: "whole-band H2", PEAK: "H-infinity"}
@@ -105,20 +103,20 @@ class Figure:
         return ports
 
     def measure(self, port: Rational) -> float:
-        """J with an admittance in every port, by covariance over the whole band, or the largest gain.
+        """J with an admittance in every port over all frequencies, or the largest gain, confirmed.
 
         Raises
         ------
         Infeasible
             If the vehicle is not stable with it.
         """
-        loop = close(self.plant, {self.plant.groups[0]: state_space(port)})
+        closed = ClosedPlant(self.plant, {self.plant.groups[0]: port})
+        closed.require_stable()
         gains = {name: math.sqrt(exact.to_float(weight)) for name, weight in self.weights.items()}
         if self.combine == PEAK:
-            stable(loop)
             ((name, factor),) = gains.items()
-            return factor * hinf_norm.largest(loop, name, hinf_norm.grid(self.plant))[0]
-        parts = [factor * h2_norm.rms(loop, name) for name, factor in gains.items()]
+            return factor * closed.largest_gain(name)[0].value
+        parts = [factor * closed.rms(name).value for name, factor in gains.items()]
         return sum(parts) if self.combine == SUM else math.hypot(*parts)
 
     def mobility(self, port: int) -> Rational:
@@ -134,13 +132,6 @@ class Figure:
         if around.beside is not None:
             P = P.inverse().without(around.beside.scaled(-1)).inverse()
         return P if around.behind is None else P.without(around.behind.inverse().scaled(-1))
-
-
-def stable(loop: ClosedLoop) -> None:
-    """Refuse a closed vehicle that is not asymptotically stable."""
-    growth = float(loop.poles().real.max())
-    if growth >= 0:
-        raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
 
 
 def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figure:
@@ -192,17 +183,13 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
 
 def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
     """Mean-square metrics of a vehicle: output, unit, and squared conversion to that unit."""
-    match problem.vehicle:
-        case PlanView():
-            return {"Macc": ("body_acceleration", "m/s^2", fmpq(1))}
-        case SideView(g=g):
-            rides = {f"J1z_{p}": (f"acceleration_{p}", "%g", (100 / to_fmpq(g)) ** 2) for p in "LMT"}
-            return rides | {f"{name}_whole": ride for name, ride in rides.items()}
-        case QuarterCar():
-            return {"J1": ("acceleration", "m/s^2", fmpq(1)), "J3": ("tyre_force", "N", fmpq(1))}
-        case UserPlant(shaken=plant):
-            return {f"rms_{output}": (output, "1", fmpq(1)) for output in plant.outputs}
-    raise AssertionError(problem.vehicle)
+    vehicle = problem.vehicle
+    norms = {name: (metric.norm(), metric.unit) for name, metric in vehicle.metrics.items()}
+    return {
+        name: (norm.output, unit, to_fmpq(norm.factor(vehicle)) ** 2)
+        for name, (norm, unit) in norms.items()
+        if norm is not None and norm.kind == "H2"
+    }
 
 
 def _known(name: str, known: Mapping[str, tuple[str, str, fmpq]]) -> tuple[str, str, fmpq]:

@@ -17,7 +17,6 @@ from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.synthesise import synthesise
 from posreal.errors import BadInput
-from posreal.vehicle import SideView
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,5 @@ def reached(
 
 def _over_the_whole_band(problem: Problem) -> Problem:
     """The problem with the bound's own figure, where a ride of the side view ends at 20 Hz; else as it is."""
-    ends = isinstance(problem.vehicle, SideView) and problem.goal is None and not problem.whole_band
-    return (
-        dataclasses.replace(problem, objective=f"{problem.objective}_whole") if ends and not problem.points else problem
-    )
+    twin = f"{problem.objective}_whole"
+    return dataclasses.replace(problem, objective=twin) if twin in problem.vehicle.metrics else problem

@@ -22,13 +22,12 @@ from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
 from posreal.design.bound.space import Point, width
-from posreal.design.mounting import Mounting
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
 from posreal.errors import BadDevice, BadInput, listed
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, ShapingFilter
-from posreal.vehicle import QuarterCar
-from posreal.vehicle.user_plant import UserPlant
+from posreal.vehicle import QuarterCar, parameters
 
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
@@ -149,8 +148,8 @@ def from_dict(document: Any) -> Bound:
 
 def _about_out(bound: Bound) -> dict[str, Any]:
     subject = bound.problem
-    own = subject is None or isinstance(subject.vehicle, UserPlant)
-    return _plant_out(bound.figure) if subject is None or own else _problem_out(subject, bound.weights)
+    stored = subject is None or not parameters(subject.vehicle)
+    return _plant_out(bound.figure) if subject is None or stored else _problem_out(subject, bound.weights)
 
 
 def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> dict[str, Any]:
@@ -158,7 +157,7 @@ def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> di
         "problem": subject.name,
         "objective": subject.base_objective,
         "weights": dict(weights) if weights else None,
-        "vehicle": dataclasses.asdict(subject.vehicle),
+        "vehicle": parameters(subject.vehicle),
     }
 
 
@@ -184,9 +183,9 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
     if table["problem"] not in [entry.name for entry in problems()]:
         raise BadInput(f"problem is {table['problem']!r}; known are {listed(entry.name for entry in problems())}")
     posed = problem(table["problem"])
-    if isinstance(posed.vehicle, UserPlant):
+    if not parameters(posed.vehicle):
         raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
-    fields = tuple(field.name for field in dataclasses.fields(posed.vehicle))
+    fields = tuple(parameters(posed.vehicle))
     values = {name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()}
     vehicle = type(posed.vehicle)(**values)
     if isinstance(vehicle, QuarterCar):  # its objective may be a sum or a gain

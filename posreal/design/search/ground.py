@@ -25,12 +25,10 @@ from functools import cached_property
 
 import numpy as np
 
-from posreal.design.objective import MeanSquare, Modes, graded, mean_square, modes
+from posreal.design.objective import MeanSquare, Modes, mean_square, modes
 from posreal.design.problem import Problem
 from posreal.design.search.batch import Array, Grid, admittance
 from posreal.network.topologies import Form, letters, valued
-from posreal.plant import quadrature
-from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
 
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped
 
@@ -121,9 +119,8 @@ class Ground:
         free: dict[str, Array] = dict(zip(self.vehicle_names, np.exp(theta[:, count:]).T, strict=True))
         shares: dict[str, tuple[str, Array]] = {}  # of a vehicle parameter: the group it stands in, ∂Y/∂ log of it
         for name, value in free.items():
-            power = 1 if name == "Cpy" else 0
-            group = "secondary" if name == self._tied else "primary"
-            shares[name] = (group, np.multiply.outer(value, self.grid.powers[power]))
+            group, power = self.problem.vehicle.free[name]
+            shares[name] = (group, np.multiply.outer(value, self.grid.powers[power + 1]))
         ports: dict[str, Array] = {"secondary": inner}
         for group, share in shares.values():
             ports[group] = ports[group] + share if group in ports else share
@@ -184,33 +181,14 @@ class Ground:
         return Scale(math.exp(float(best[0, 0])), omega0)
 
 
-_DEFLECTION = "deflection_rms_"
-
-
 def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
-    """The metrics of a problem's vehicle that are mean squares over frequency."""
-    match problem.vehicle:
-        case PlanView():
-            return ("Macc", "J1y")
-        case SideView():
-            return ("J1z_L", "J1z_M", "J1z_T", f"{_DEFLECTION}front", f"{_DEFLECTION}rear")
-        case QuarterCar():
-            return ("J1", "J3")
-        case UserPlant(shaken=plant):
-            return tuple(f"rms_{output}" for output in plant.outputs)
-    raise AssertionError(problem.vehicle)
+    """The metrics of a problem's vehicle that are always shown and are mean squares over frequency."""
+    norms = {name: problem.vehicle.metrics[name].norm() for name in problem.vehicle.headline}
+    return tuple(name for name, norm in norms.items() if norm is not None and norm.kind == "H2")
 
 
 def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int, light: Modes) -> MeanSquare:
-    metric = metric or problem.objective
-    if metric.startswith(_DEFLECTION):
-        vehicle = problem.vehicle
-        assert isinstance(vehicle, SideView)
-        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1], per_decade=panels), light)
-        plant = vehicle.track()
-        port = plant.responses(rule.omega, f"deflection_{metric.removeprefix(_DEFLECTION)}")
-        return MeanSquare(rule, port, plant.density * 1e6)  # mm²
-    posed = dataclasses.replace(problem, objective=metric)
+    posed = dataclasses.replace(problem, objective=metric or problem.objective)
     return mean_square(posed, primary_open=primary_open, panels=panels, light=light)
 
 

@@ -36,7 +36,7 @@ from posreal.design.search.workers import Workers, workers
 from posreal.design.threads import one_thread
 from posreal.errors import BadInput
 from posreal.network.topologies import Form, key, letters, topologies
-from posreal.vehicle import PlanView, UserPlant
+from posreal.vehicle import parameters
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
 STARTS, STARTS_CONSTRAINED = 16, 6  # random starts for each topology
@@ -188,9 +188,10 @@ def _of_size(size: int, at_most: Mapping[str, int]) -> list[Form]:
 
 def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> list[list[float]]:
     """The optima of a topology's best limits, with the lost element near its border; the default of a damper alone."""
-    default = problem.original.vehicle
-    if form == "c" and isinstance(default, PlanView):
-        return [[default.Csy, *(float(getattr(default, name)) for name in problem.free)]]
+    original = problem.original
+    default = original.default_device
+    if form == "c" and default is not None and default.degree == 0:
+        return [[float(default(1.0).real), *(float(getattr(original.vehicle, name)) for name in problem.free)]]
     here = [(found[limit.form], limit) for limit in limits_of(form) if limit.form in found]
     near = sorted((pair for pair in here if pair[0].feasible), key=lambda pair: pair[0].objective)[:_WARM]
     units = coarse(problem).scale.units(letters(form))
@@ -231,10 +232,14 @@ def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
 def _parameters(problem: Problem) -> dict[str, Any]:
     """Everything that makes the vehicle what it is, JSON-able."""
     vehicle = problem.vehicle
-    if not isinstance(vehicle, UserPlant):
-        return dataclasses.asdict(vehicle)
-    around = {"beside": str(vehicle.beside), "behind": str(vehicle.behind)}
-    return {name: np.asarray(part).tolist() for name, part in vars(vehicle.shaken).items() if part is not None} | around
+    if values := parameters(vehicle):
+        return values
+    around, plant = problem.mounting, problem.plant
+    matrices = {field.name: getattr(plant, field.name) for field in dataclasses.fields(plant) if field.init}
+    return {name: np.asarray(part).tolist() for name, part in matrices.items() if part is not None} | {
+        "beside": str(around.beside),
+        "behind": str(around.behind),
+    }
 
 
 def _record(found: Found) -> dict[str, Any]:

@@ -24,7 +24,6 @@ from posreal.design.search.descent import descend
 from posreal.design.search.ground import Ground
 from posreal.network.topologies import Form, key, letters
 from posreal.plant import hinf_norm
-from posreal.vehicle import PlanView, UserPlant
 
 FINE = 12  # panels a decade of the frequency grids
 GRIDS = 6  # in a row, each made for the modes of what the one before led to
@@ -123,8 +122,8 @@ def logarithm(ground: Ground, form: Form) -> Callable[[Array], tuple[Array, Arra
 
 
 def coarse(problem: Problem) -> Ground:
-    """The grid for screening, good for four digits: panels of the plan view's are not divided by long delays."""
-    return ground(problem, 8 if isinstance(problem.vehicle, PlanView) else 4, trimmed=True)
+    """The grid for screening, good for four digits: finer where the vehicle feeds energy in, and modes are lighter."""
+    return ground(problem, 4 if problem.vehicle.passive else 8, trimmed=True)
 
 
 def is_smooth(problem: Problem) -> bool:
@@ -174,7 +173,7 @@ def best_values(
 
 def has_light_modes(problem: Problem) -> bool:
     """Whether the open plant's own modes are so light that a coarse grid may not see the closed one's."""
-    return isinstance(problem.vehicle, UserPlant) and hinf_norm.least_damping(problem.plant) < NARROW
+    return problem.place.carried == 0 and hinf_norm.least_damping(problem.plant) < NARROW
 
 
 def apart(value: Array) -> list[int]:

@@ -82,7 +82,6 @@ from posreal.design.synthesis.result import Synthesis
 from posreal.design.synthesis.scale import Scale, reference
 from posreal.design.synthesis.storage import port_hamiltonian
 from posreal.errors import BadInput, Infeasible, listed
-from posreal.vehicle import UserPlant
 
 METHODS = ("auto", "bmi", "ph")
 LARGEST_ORDER = 12
@@ -344,7 +343,7 @@ def _presented(search: Search, scale: Scale) -> tuple[Rational, str]:
 
 def _breaks(problem: Problem, Y: Rational, parameters: Mapping[str, float]) -> bool:
     """Whether a device breaks a constraint, by the problem's own metrics."""
-    if not problem.constraints and not isinstance(problem.vehicle, UserPlant):
+    if not problem.constraints and problem.vehicle.passive:
         return False
     changed = problem.with_vehicle(parameters)
     try:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from posreal.admittance import PortHamiltonian
-from posreal.design.objective import MeanSquare, Modes, mean_square
+from posreal.design.objective import MeanSquare, Modes, mean_square, opened
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import resolvent
 from posreal.design.synthesis.figures import Inside
@@ -42,8 +42,7 @@ class Criterion:
     @cached_property
     def figure(self) -> MeanSquare:
         """The objective on its quadrature grid."""
-        opened = bool({"Kpy", "Cpy"} & set(self.problem.free))
-        return mean_square(self.problem, primary_open=opened, panels=self.panels, light=self.light)
+        return mean_square(self.problem, primary_open=opened(self.problem), panels=self.panels, light=self.light)
 
     @cached_property
     def nominal(self) -> dict[str, float]:

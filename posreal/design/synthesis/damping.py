@@ -24,7 +24,7 @@ from posreal.admittance import StateSpace
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
 from posreal.plant.plant import Plant
-from posreal.vehicle import PlanView
+from posreal.vehicle import Vehicle
 
 Real = np.ndarray
 Complex = np.ndarray
@@ -60,7 +60,7 @@ class Damping:
         m/s.
     """
 
-    vehicle: PlanView
+    vehicle: Vehicle
     scale: Scale
     free: tuple[str, ...] = ()
     speeds: tuple[float, ...] = SEARCH_SPEEDS
@@ -68,7 +68,7 @@ class Damping:
     @cached_property
     def plants(self) -> tuple[Plant, ...]:
         """The vehicle at each speed, ports open."""
-        return tuple(self.vehicle.at(v).random_track(primary_open=self._opened) for v in self.speeds)
+        return tuple(self.vehicle.at(v).plant(self.vehicle.random, opened=self._opened) for v in self.speeds)
 
     @cached_property
     def _open(self) -> Real:
@@ -77,7 +77,7 @@ class Damping:
 
     @property
     def _opened(self) -> bool:
-        return bool({"Kpy", "Cpy"} & set(self.free))
+        return any(self.vehicle.free[name][0] != "secondary" for name in self.free)
 
     def least(self, device: Any, values: Mapping[str, float]) -> Real:
         """The least damping ratio at each of the speeds."""
@@ -101,11 +101,13 @@ class Damping:
         eta = np.vstack([-omega * u[:, inside].T, self.scale.damper * t[None, :, 0]])
         slope = chart.mode_slopes(theta, device, pole / omega, xi, eta)
         by_theta = _ratio_slope(pole, slope)
-        moves = {"Ksy": t[:, 0] * v[:, 0] / pole}
-        if self._opened:
-            answer = (t[:, 1:] * v[:, 1:]).sum(axis=1)
-            moves |= {"Kpy": answer / pole, "Cpy": answer}
-        return ratio, by_theta, {name: _ratio_slope(pole, moves[name]) for name in self.free}
+        groups = np.array(self.plants[0].groups)
+        moves = {}
+        for name in self.free:
+            group, power = self.vehicle.free[name]
+            ports = groups == group
+            moves[name] = (t[:, ports] * v[:, ports]).sum(axis=1) * pole**power
+        return ratio, by_theta, {name: _ratio_slope(pole, move) for name, move in moves.items()}
 
     def _modes(
         self, form: StateSpace, values: Mapping[str, float]
@@ -131,8 +133,12 @@ class Damping:
         all_values = self._all(values)
         plant, A, n, m = self.plants[0], self._open, len(self.plants[0].A), len(form.A)
         Bf, Cd, Cv = plant.Bf, plant.Cd, plant.Cv  # the speed is in A alone
-        k, D, b = (np.full(len(Cv), other) for other in (all_values["Kpy"], all_values["Cpy"], 0.0))
+        k, D, b = np.zeros(len(Cv)), np.zeros(len(Cv)), np.zeros(len(Cv))
         k[0], D[0], b[0] = form.k, form.D[0, 0], form.b
+        for name, (group, power) in self.vehicle.free.items():
+            if group != "secondary":
+                ports = np.array(plant.groups) == group
+                (k if power < 0 else D)[ports] += all_values[name]
         F: Real = np.zeros((len(A), len(Cv), n + m))
         F[:, :, :n] = k[:, None] * Cd + D[:, None] * Cv + b[:, None] * (Cv @ A)
         F[:, 0, n:] = form.C[0]
@@ -147,7 +153,7 @@ class Damping:
 
     def _all(self, values: Mapping[str, float]) -> dict[str, float]:
         """The vehicle parameters that a problem may free, its own where they are not."""
-        return {name: float(getattr(self.vehicle, name)) for name in ("Ksy", "Kpy", "Cpy")} | dict(values)
+        return {name: float(getattr(self.vehicle, name)) for name in self.vehicle.free} | dict(values)
 
     def _secondary(self, device: Any, values: Mapping[str, float]) -> StateSpace:
         """What is in the secondary port in SI units: the device with the static spring beside it, or the strut."""
@@ -157,8 +163,17 @@ class Damping:
             omega * form.B,
             c0 * form.C,
             c0 * form.D,
-            c0 * omega * form.k + (0.0 if self.scale.whole else self._all(values)["Ksy"]),
+            c0 * omega * form.k + (0.0 if self.scale.whole else self._beside(values)),
             c0 * form.b / omega,
+        )
+
+    def _beside(self, values: Mapping[str, float]) -> float:
+        """The static spring beside the device."""
+        around = self.vehicle.places["secondary"].around.beside
+        spring = 0.0 if around is None else float(around.static_stiffness)
+        own = self._all({})
+        return spring + sum(
+            value - own[name] for name, value in values.items() if self.vehicle.free[name] == ("secondary", -1)
         )
 
     def _answer(self, plant: Plant, inertance: float, u: Complex) -> Complex:

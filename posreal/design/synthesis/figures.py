@@ -25,10 +25,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.scale import Scale
+from posreal.plant.modes import Corners
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import PortResponses
 
 Real = np.ndarray
@@ -63,7 +64,8 @@ class Inside:
     """What the ports hold on a grid: the device in its mounting, and the vehicle parameters that are free.
 
     With H the scaled device (:class:`Scale`), the secondary port holds Y_beside + c0 H, or Y_beside + 1/(s/kb + H/c0)
-    behind a bush kb; a free Ksy stands in Y_beside, and free Kpy, Cpy make the primary ports hold Kpy/s + Cpy. A whole
+    behind a bush kb; a free static spring stands in Y_beside, and the groups of other free parameters
+    hold what the vehicle says (:attr:`posreal.vehicle.Vehicle.free`). A whole
     strut brings its own spring and bush: beside it stands an airspring or nothing.
     """
 
@@ -106,21 +108,23 @@ class Inside:
         else:
             inner, slope = c0 * H, np.full_like(H, c0)
         beside = self._beside
-        if "Ksy" in values:
-            beside = beside + (values["Ksy"] - self.nominal["Ksy"]) / self.s
+        for name in self.names:
+            group, power = self.problem.vehicle.free[name]
+            if group == "secondary":
+                beside = beside + (values[name] - self.nominal[name]) * self.s**power
         found = {"secondary": beside + inner}
-        if "Kpy" in values:
-            found["primary"] = values["Kpy"] / self.s + values["Cpy"]
+        for group in {self.problem.vehicle.free[name][0] for name in self.names} - {"secondary"}:
+            found[group] = sum(
+                (values.get(name, getattr(self.problem.vehicle, name)) * self.s**power)
+                for name, (of, power) in self.problem.vehicle.free.items()
+                if of == group
+            )
         return found, slope
 
     def by_parameter(self, slopes: Mapping[str, Complex]) -> dict[str, Real]:
         """Slopes in the free parameters of figures with slopes dF = Re Σ g dY, g (…, N) for each group of ports."""
-        shares = {
-            "Ksy": ("secondary", 1 / self.s),
-            "Kpy": ("primary", 1 / self.s),
-            "Cpy": ("primary", 1.0 + 0 * self.s),
-        }
-        return {name: np.asarray((slopes[shares[name][0]] * shares[name][1]).real.sum(axis=-1)) for name in self.names}
+        shares = ((name, *self.problem.vehicle.free[name]) for name in self.names)
+        return {name: np.asarray((slopes[group] * self.s**power).real.sum(axis=-1)) for name, group, power in shares}
 
 
 class Functional(Protocol):
@@ -208,7 +212,7 @@ def largest(size: Real) -> np.ndarray:
     return np.concatenate([tops, np.argsort(size, kind="stable")[: MAXIMA - len(tops)]]).astype(int)
 
 
-def laplace_line(stop: float, input_corners: tuple[tuple[float, float], ...], unit: float) -> PeakInTime:
+def laplace_line(stop: float, input_corners: Corners, unit: float) -> PeakInTime:
     """The functional for an input made of ramps, w(t) = Σ change · max(0, t − instant).
 
     Parameters

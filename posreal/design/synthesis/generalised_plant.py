@@ -25,17 +25,18 @@ import numpy as np
 from scipy.linalg import block_diag, solve_continuous_lyapunov, svd
 
 from posreal.admittance import Rational, state_space
-from posreal.design.mounting import Mounting
+from posreal.design.objective import norm_of
 from posreal.design.problem import Problem
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
+from posreal.metric import Norm
+from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, channels
-from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant
+from posreal.vehicle import Vehicle
 
 Real = np.ndarray
 
-RAIL_BAND = 15.0  # rad/s, up to which Padé delays keep their phase on a rail vehicle
-BAND = 4.0  # the same on a plant of the user's own, in units of ω0
+BAND = 4.0  # ω0, up to which Padé delays keep their phase where the vehicle does not say
 
 
 @dataclass(frozen=True)
@@ -181,24 +182,32 @@ def generalised_plant(
     """
     goal = problem.goal if metric in (None, problem.base_objective) else None
     parts = ((metric or problem.base_objective, 1.0),) if goal is None or goal.kind != "norm" else goal.parts
-    plant, outputs = _performance(problem, [name for name, _ in parts])
-    rows = [plant.output(output) for output, _ in outputs]
-    size = np.array([weight * unit for (_, weight), (_, unit) in zip(parts, outputs, strict=True)])
+    norms = [_norm(problem, name) for name, _ in parts]
+    plant = problem.vehicle.plant(norms[0].load)
+    rows = [plant.output(norm.output) for norm in norms]
+    size = np.array([w * norm.factor(problem.vehicle) for (_, w), norm in zip(parts, norms, strict=True)])
     opened = mounted(plant, rows, problem.mounting)
-    band = BAND * scale.omega if isinstance(problem.vehicle, UserPlant) else RAIL_BAND
+    band = problem.vehicle.pade_band or BAND * scale.omega
     opened = opened.driven_by(*delay_chains(plant, band))
     if plant.shaping is not None:
         H = plant.shaping
         opened = opened.driven_by(H.A, H.B, H.C, H.D)
-    if not parts[0][0].startswith("gain_"):
+    if norms[0].kind == "H2":
         density = np.diag(np.sqrt(math.pi * scale.omega * plant.density * np.array(plant.shares)))
         opened = replace(opened, Bw=opened.Bw @ density, Dzw=opened.Dzw @ density)
     return opened.scaled(scale, size[:, None]).reduced(tolerance)
 
 
-def damped_plant(vehicle: PlanView, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6) -> GeneralisedPlant:
+def _norm(problem: Problem, metric: str) -> Norm:
+    try:
+        return norm_of(problem.vehicle, metric, "H2", "H∞")
+    except BadInput as error:
+        raise BadInput(f"{error}, and the inequalities are about nothing else; use method='auto'") from None
+
+
+def damped_plant(vehicle: Vehicle, mounting: Mounting, scale: Scale, *, tolerance: float = 1e-6) -> GeneralisedPlant:
     """The vehicle at its speed without track filter and delays, for the damping of its poles."""
-    opened = mounted(vehicle.random_track(), [0], mounting)
+    opened = mounted(vehicle.plant(vehicle.random), [0], mounting)
     return opened.scaled(scale, 1.0).reduced(tolerance)
 
 
@@ -296,31 +305,6 @@ def _pade(delay: float, band: float) -> tuple[Real, Real, Real, Real]:
         A = np.block([[A, np.zeros((len(A), 2))], [B1 @ C, A1]])
         B, C, D = np.vstack([B, B1 @ D]), np.hstack([D1 @ C, C1]), D1 @ D
     return A, B, C, D
-
-
-def _performance(problem: Problem, metrics: Sequence[str]) -> tuple[Plant, list[tuple[str, float]]]:
-    """The plant, and for each metric the output and the unit: so many root mean squares, or largest gains, of it."""
-    known: dict[str, tuple[str, float]] = {}
-    gains = {f"gain_{output}": (output, 1.0) for output in problem.plant.outputs}
-    match problem.vehicle:
-        case PlanView():
-            known = dict.fromkeys(("Macc", "J1y"), ("body_acceleration", 1.0))
-        case SideView() as side:
-            rides = {f"J1z_{point}": (f"acceleration_{point}", 100 / side.g) for point in "LMT"}
-            known = rides | {f"{name}_whole": ride for name, ride in rides.items()}
-            known |= {f"deflection_rms_{end}": (f"deflection_{end}", 1e3) for end in ("front", "rear")}
-        case QuarterCar():
-            known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)} | gains
-        case UserPlant() as own:
-            known = {f"rms_{output}": (output, 1.0) for output in own.shaken.outputs} | gains
-    for metric in metrics:
-        if metric not in known:
-            peak = " (a peak in time)" if metric.startswith(("max_", "deflection_")) else ""
-            raise BadInput(
-                f"{metric}{peak} is neither a root mean square nor a largest gain, and the H2 and H∞ inequalities are "
-                "about nothing else; use method='auto'"
-            )
-    return problem.plant, [known[metric] for metric in metrics]
 
 
 def _repeated(block: Real, copies: int) -> Real:

@@ -28,7 +28,7 @@ from posreal.design.synthesis.finish import finish
 from posreal.design.synthesis.measured import figure_of, objective_figures
 from posreal.design.synthesis.scale import Scale
 from posreal.plant.plant import close
-from posreal.vehicle import PlanView, UserPlant
+from posreal.vehicle import Vehicle
 
 Real = np.ndarray
 Complex = np.ndarray
@@ -78,6 +78,12 @@ class Judge:
         """The free vehicle parameters at the vehicle's own values."""
         return {name: float(getattr(self.problem.vehicle, name)) for name in self.problem.free}
 
+    @property
+    def default(self) -> PortHamiltonian:
+        """The device that the vehicle comes with where that is a damper, otherwise the scale's."""
+        own = self.problem.default_device
+        return damper(float(own(1.0).real) / self.scale.damper if own is not None and own.degree == 0 else 1.0)
+
     @cached_property
     def limits(self) -> tuple[AtMost, ...]:
         """Figures with upper limits."""
@@ -100,7 +106,7 @@ class Judge:
         found = []
         for c in self.problem.constraints:
             vehicle = self._at(c.point).vehicle
-            if c.base == "Ldmp" and isinstance(vehicle, PlanView):
+            if c.sense == ">=":
                 found.append(Floor(vehicle, c.value / 100, self.scale, tuple(self.problem.free)))
         return tuple(found)
 
@@ -161,20 +167,11 @@ class Judge:
 
     def _stable(self, candidate: Candidate) -> bool:
         """Passive vehicles are stable with passive devices; a plant of the user's own may be anything."""
-        if not isinstance(self.problem.vehicle, UserPlant) or self._passive:
+        if self.problem.vehicle.passive:
             return True
         port = self.problem.mounting.port(self.scale.admittance(candidate.device.rational()))
-        poles = close(self.problem.vehicle.shaken, {"secondary": state_space(port)}).poles()
+        poles = close(self.problem.plant, {"secondary": state_space(port)}).poles()
         return bool(poles.real.max() < 0)
-
-    @cached_property
-    def _passive(self) -> bool:
-        assert isinstance(self.problem.vehicle, UserPlant)
-        plant = self.problem.vehicle.shaken
-        if np.linalg.eigvals(plant.A).real.max() > 1e-9:
-            return False
-        P = figure_of(self.problem, f"rms_{plant.outputs[0]}", self.scale).port.Pvf  # type: ignore[attr-defined]
-        return bool(np.linalg.eigvalsh(P + P.conj().transpose(0, 2, 1)).min() >= -1e-9 * np.abs(P).max())
 
     # --- improving -----------------------------------------------------------------------------------------------
 
@@ -229,7 +226,7 @@ class Judge:
 class Floor:
     """A damping ratio that the vehicle of one operating point keeps at every speed."""
 
-    vehicle: PlanView
+    vehicle: Vehicle
     ratio: float
     scale: Scale
     free: tuple[str, ...]

@@ -12,10 +12,12 @@ import numpy as np
 from posreal.admittance import PortHamiltonian
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate
+from posreal.design.synthesis.damping import SEARCH_SPEEDS
 from posreal.design.synthesis.progress import AGREED, Found, Search, Task
 from posreal.design.synthesis.starts import RESONANCES, faces, inside, lifted, random_starts, resonant, shaken
 from posreal.errors import BadInput
-from posreal.vehicle.metrics import least_damping
+from posreal.metric import ClosedVehicle
+from posreal.metric.damping_ratio import least_damping
 
 CONTENDER = 1.005  # a face whose best is that near the best of all is worth full convergence
 ROUNDS = 5  # fresh runs along a flat valley, at most
@@ -151,7 +153,8 @@ def _critical_mode(search: Search, base: Candidate) -> float:
     """Natural frequency, over ω0, of the mode that a device leaves least damped."""
     judge = search.judge
     port = judge.problem.mounting.port(judge.scale.admittance(base.device.rational()))
-    mode = least_damping(judge.floors[0].vehicle, port)
+    vehicle = judge.floors[0].vehicle
+    mode = least_damping(ClosedVehicle(vehicle, {"secondary": port}), vehicle.random, SEARCH_SPEEDS)
     return 2 * math.pi * mode.frequency / judge.scale.omega
 
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from posreal.design.objective import Modes, beside, graded, mean_square
+from posreal.design.objective import Modes, beside, mean_square, opened
 from posreal.design.problem import Problem
 from posreal.design.synthesis.chart import Coordinates
 from posreal.design.synthesis.figures import (
@@ -27,9 +27,8 @@ from posreal.design.synthesis.figures import (
 )
 from posreal.design.synthesis.scale import Scale
 from posreal.errors import BadInput
-from posreal.plant import hinf_norm, quadrature
-from posreal.vehicle import PlanView, SideView
-from posreal.vehicle.metrics import CURVE, SLOPE
+from posreal.metric import Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
+from posreal.plant import hinf_norm
 
 Real = np.ndarray
 
@@ -46,7 +45,7 @@ class AtTheEnds:
     scale: Scale
     beside: float
     inertance: bool
-    ksy: float | None = None  # the vehicle's own, where Ksy is free
+    springs: Mapping[str, float] = field(default_factory=dict)  # the vehicle's own values of free ones beside it
 
     def _own(self, device: Any, parameters: Mapping[str, float]) -> float:
         if self.scale.impedance:
@@ -54,7 +53,7 @@ class AtTheEnds:
         c0, omega = self.scale.damper, self.scale.omega
         if self.inertance:
             return c0 / omega * device.b
-        return c0 * omega * device.k + (0.0 if self.ksy is None else parameters["Ksy"] - self.ksy)
+        return c0 * omega * device.k + sum(parameters[name] - own for name, own in self.springs.items())
 
     def values(self, device: Any, parameters: Mapping[str, float]) -> Real:
         """The number for a device."""
@@ -69,8 +68,7 @@ class AtTheEnds:
                 by_theta[-1] = 2 * theta[-1] * c0 / omega
             elif not self.inertance and chart.spring:
                 by_theta[-1 - chart.inerter] = 2 * theta[-1 - chart.inerter] * c0 * omega
-        ksy = 1.0 if self.ksy is not None and not self.inertance else 0.0
-        by = {name: np.array([ksy if name == "Ksy" else 0.0]) for name in parameters}
+        by = {name: np.array([float(name in self.springs and not self.inertance)]) for name in parameters}
         return Slopes(self.values(chart.device(theta), parameters), by_theta, by)
 
 
@@ -101,7 +99,7 @@ class AtTheEndsOfAStrut:
         )
 
 
-def figure_of(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> Figure:
+def figure_of(problem: Problem, name: str, scale: Scale, light: Modes = ()) -> Figure:
     """The figure of a metric, in the metric's unit, on a grid that sees the modes `light` of the closed loop.
 
     Raises
@@ -109,13 +107,12 @@ def figure_of(problem: Problem, metric: str, scale: Scale, light: Modes = ()) ->
     BadInput
         If the metric has no smooth figure.
     """
-    if metric in ("static_stiffness", "inertance"):
-        return _at_the_ends(problem, metric, scale)
-    if metric.startswith("deflection_overall_"):
-        end = metric.removeprefix("deflection_overall_")
-        peak, spread = (_figure(problem, f"deflection_{kind}{end}", scale, light) for kind in ("", "rms_"))
-        return Sum(((1.0, peak), (3.0, spread)))
-    return _figure(problem, metric, scale, light)
+    metric = problem.vehicle.metrics.get(name)
+    if isinstance(metric, StaticStiffness | Inertance):
+        return _at_the_ends(problem, name, scale, inertance=isinstance(metric, Inertance))
+    if isinstance(metric, WeightedSum):
+        return Sum(tuple((weight, _figure_of(problem, part, scale, light)) for weight, part in metric.parts))
+    return _figure(problem, name, scale, light)
 
 
 def objective_figures(problem: Problem, scale: Scale, light: Modes = ()) -> tuple[Figure, ...]:
@@ -130,40 +127,45 @@ def objective_figures(problem: Problem, scale: Scale, light: Modes = ()) -> tupl
     return tuple(found)
 
 
-def _figure(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> PortFigure | PeakGain:
+def _figure(problem: Problem, name: str, scale: Scale, light: Modes = ()) -> PortFigure | PeakGain:
+    metric = problem.vehicle.metrics.get(name)
+    if metric is not None:
+        return _figure_of(problem, metric, scale, light)
+    return _mean_square(problem, name, scale, light)  # the norm of several
+
+
+def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes) -> PortFigure | PeakGain:
     vehicle = problem.vehicle
-    opened = bool({"Kpy", "Cpy"} & set(problem.free))
-    if metric.startswith("gain_"):
+    if isinstance(metric, PeakInTime):
+        line = laplace_line(SECONDS, metric.corners, metric.factor)
+        plant = vehicle.plant(metric.load, opened=opened(problem))
+        return PortFigure(Inside(problem, scale, line.s), plant.responses_at(line.s, metric.output), line)
+    norm = metric.norm()
+    if norm is not None and norm.kind == "H∞":
         omega = np.union1d(hinf_norm.grid(problem.plant), beside(light))
-        return PeakGain(problem, scale, metric.removeprefix("gain_"), omega)
-    if metric == "max_yv" and isinstance(vehicle, PlanView):
-        line = laplace_line(SECONDS, CURVE, 1e3)
-        port = vehicle.curve_entry(primary_open=opened).responses_at(line.s, "body_displacement")
-        return PortFigure(Inside(problem, scale, line.s), port, line)
-    if isinstance(vehicle, SideView) and metric in ("deflection_front", "deflection_rear"):
-        line = laplace_line(SECONDS, SLOPE, 1e3)
-        port = vehicle.track().responses_at(line.s, metric)
-        return PortFigure(Inside(problem, scale, line.s), port, line)
-    if isinstance(vehicle, SideView) and metric.startswith("deflection_rms_"):
-        plant = vehicle.track()
-        rule = graded(quadrature.gauss(vehicle.wheel_delays[-1]), light)
-        port = plant.responses(rule.omega, "deflection_" + metric.removeprefix("deflection_rms_"))
-        return PortFigure(
-            Inside(problem, scale, 1j * rule.omega), port, RootMeanSquare(1e6 * plant.density * rule.weight)
-        )
-    goal = problem.goal if metric == problem.base_objective else None
-    J = mean_square(replace(problem, objective=metric, goal=goal, points=()), primary_open=opened, light=light)
+        return PeakGain(problem, scale, norm.output, omega)
+    name = next((name for name, one in vehicle.metrics.items() if one == metric), problem.base_objective)
+    return _mean_square(problem, name, scale, light)
+
+
+def _mean_square(problem: Problem, name: str, scale: Scale, light: Modes) -> PortFigure:
+    goal = problem.goal if name == problem.base_objective else None
+    posed = replace(problem, objective=name, goal=goal, points=())
+    J = mean_square(posed, primary_open=opened(problem), light=light)
     return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.weight))
 
 
-def _at_the_ends(problem: Problem, metric: str, scale: Scale) -> AtTheEnds | AtTheEndsOfAStrut:
+def _at_the_ends(problem: Problem, metric: str, scale: Scale, *, inertance: bool) -> AtTheEnds | AtTheEndsOfAStrut:
     beside = (problem.layout_mounting if scale.whole else problem.mounting).beside
-    inertance = metric == "inertance"
     own = 0.0 if beside is None else float(beside.inertance if inertance else beside.static_stiffness)
     if scale.whole:
         return AtTheEndsOfAStrut(own, inertance)
     limit = problem.at_most.get(metric, math.inf)
-    if own > limit and "Ksy" not in problem.free:
+    springs = {
+        name: float(getattr(problem.vehicle, name))
+        for name in problem.free
+        if problem.vehicle.free[name] == ("secondary", -1)
+    }
+    if own > limit and not springs:
         raise BadInput(f"{metric} is {own:.6g} without any device, above its limit of {limit:g}")
-    ksy = float(getattr(problem.vehicle, "Ksy", 0.0)) if "Ksy" in problem.free else None
-    return AtTheEnds(scale, own, inertance, ksy)
+    return AtTheEnds(scale, own, inertance, springs)

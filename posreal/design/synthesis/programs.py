@@ -25,7 +25,6 @@ from posreal.design.synthesis.measured import figure_of
 from posreal.design.synthesis.progress import Search
 from posreal.design.synthesis.scale import Scale
 from posreal.design.synthesis.starts import faces, inside, lifted
-from posreal.vehicle import PlanView
 
 SLACK = 1.01  # a drawn device that near the best may be preferred for its damping
 DRAWN = 100  # devices looked at for the start
@@ -155,10 +154,9 @@ def goals_of(problem: Problem, scale: Scale) -> bmi.Goals:
     most = dict.fromkeys(AT_THE_ENDS, math.inf)
     for constraint in problem.constraints:
         point = present.at_points[constraint.point] if constraint.point else present
-        vehicle = point.vehicle
-        if constraint.base == "Ldmp" and isinstance(vehicle, PlanView):
+        if constraint.sense == ">=":
             sectors += [
-                Sector(damped_plant(vehicle.at(v), point.mounting, scale), constraint.value / 100)
+                Sector(damped_plant(point.vehicle.at(v), point.mounting, scale), constraint.value / 100)
                 for v in SECTOR_SPEEDS
             ]
         elif constraint.base in AT_THE_ENDS:
@@ -185,9 +183,7 @@ def _drawn(
 ) -> Candidate | None:
     """The best feasible of many devices: drawn at random, or known ones with weak states added."""
     judge = search.judge
-    vehicle = judge.problem.vehicle
-    default = damper(vehicle.Csy / judge.scale.damper if isinstance(vehicle, PlanView) else 1.0)
-    bases = [default, *(c.device for c in known if _fits(c.device, chart))]
+    bases = [judge.default, *(c.device for c in known if _fits(c.device, chart))]
     devices: list[PortHamiltonian] = []
     first: list[PortHamiltonian] = []
     if not judge.floors:

@@ -10,9 +10,8 @@ from joblib import Parallel, delayed
 
 from posreal.design.synthesis.chart import Chart
 from posreal.design.synthesis.criterion import Candidate
-from posreal.design.synthesis.judge import Judge, damper
+from posreal.design.synthesis.judge import Judge
 from posreal.design.synthesis.result import Step
-from posreal.vehicle import PlanView
 
 AGREED = 1.001  # a start that lands within that factor of the best agrees with it
 
@@ -48,9 +47,9 @@ class Search:
     notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        vehicle = self.judge.problem.vehicle
-        c = vehicle.Csy / self.judge.scale.damper if isinstance(vehicle, PlanView) else 1.0
-        self.first = self.best = Candidate(damper(c), self.judge.nominal)  # there is always a device to start from
+        self.first = self.best = Candidate(
+            self.judge.default, self.judge.nominal
+        )  # there is always a device to start from
         self.offer("start", self.best, self.judge.measure(self.best))
 
     def offer(self, method: str, candidate: Candidate, value: float) -> None:

@@ -13,9 +13,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from posreal.admittance import Rational
-from posreal.design.objective import mean_square
+from posreal.design.objective import mean_square, norms
 from posreal.design.problem import Problem
-from posreal.vehicle import UserPlant
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ STRUT = Scale(1.0, 1.0, impedance=False, whole=True)
 def reference(problem: Problem) -> Scale:
     """ω0 from the body on its static spring, c0 the best plain damper, both to a factor of √2.
 
-    On a plant of the user's own ω0 is where the response with that damper is: the mean of log ω under |z|².
+    Where the place knows of no mass, ω0 is where the response with that damper is: the mean of log ω under |z|².
     """
     J = mean_square(_ride(problem))
 
@@ -56,7 +55,8 @@ def reference(problem: Problem) -> Scale:
         return J.of_device(np.full(len(J.s), math.exp(log_c), dtype=complex), problem.mounting)[0]
 
     impedance = problem.mounting.behind is not None
-    if isinstance(problem.vehicle, UserPlant):
+    k, m = _static(problem)
+    if not m:
         port = np.einsum("kpp->kp", J.port.Pvf)
         middle = -float(np.log(np.abs(port)).mean())
         best = min(np.linspace(middle - 9, middle + 9, 37), key=ride)
@@ -66,7 +66,6 @@ def reference(problem: Problem) -> Scale:
         weight = J.port.over_grid(J.weight * np.abs(z) ** 2)
         omega = math.exp(float(weight @ np.log(J.rule.omega)) / float(weight.sum()))
         return Scale(_power_of_two(omega), _power_of_two(math.exp(best)), impedance)
-    k, m = _static(problem)
     best = minimize_scalar(ride, bounds=(math.log(math.sqrt(k * m)) - 5, math.log(math.sqrt(k * m)) + 3))
     return Scale(_power_of_two(math.sqrt(k / m)), _power_of_two(math.exp(best.x)), impedance)
 
@@ -78,17 +77,14 @@ def _ride(problem: Problem) -> Problem:
     name = problem.goal.parts[0][0] if problem.goal is not None else problem.base_objective
     if name.startswith("gain_"):
         output = name.removeprefix("gain_")
-        name = f"rms_{output}" if isinstance(problem.vehicle, UserPlant) else "J1"
+        name = next((one for one, norm in norms(problem.vehicle, "H2") if norm.output == output), problem.vehicle.ride)
     return replace(problem, objective=name, goal=None, points=())
 
 
 def _static(problem: Problem) -> tuple[float, float]:
     """Static stiffness of one port and the sprung mass it carries."""
-    vehicle = problem.vehicle
     beside = problem.mounting.beside
-    k = float(beside.static_stiffness) if beside is not None else 0.0
-    carried = {"plan-view": ("mv", 0.5), "side-view": ("mv", 0.5), "quarter-car": ("ms", 1.0)}[vehicle.name]
-    return k, carried[1] * getattr(vehicle, carried[0])
+    return (float(beside.static_stiffness) if beside is not None else 0.0), problem.place.carried
 
 
 def _power_of_two(value: float) -> float:

@@ -1,0 +1,43 @@
+"""A place of a vehicle, where a device goes: what stands there whatever the device is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from posreal.admittance import Rational
+from posreal.plant.mounting import Mounting
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a device goes.
+
+    Attributes
+    ----------
+    around : Mounting
+        What stands beside and behind a device.
+    beside_strut : Rational or None
+        What stands beside a whole strut, which brings its own static spring or bush.
+    roles : mapping of role to vehicle parameter
+        The spring that is part of the strut: ``static spring``, beside the device, or ``bush``, behind it.
+    terminals : (str, str)
+        What the strut stands between, for diagrams.
+    default : Rational or None
+        The device that the vehicle comes with; None where it comes with none.
+    has_default : bool
+        Whether the vehicle is a suspension as it comes, to which others are compared.
+    default_label : str
+        What that is called in tables.
+    carried : float
+        Mass that rests on one port, kg; 0 where the plant knows of none.
+    """
+
+    around: Mounting
+    beside_strut: Rational | None = None
+    roles: Mapping[str, str] = field(default_factory=dict)
+    terminals: tuple[str, str] = ("+", "-")
+    default: Rational | None = None
+    has_default: bool = False
+    default_label: str = "default"
+    carried: float = 0.0
