@@ -33,6 +33,7 @@ from posreal.vehicle.metrics import CURVE, SLOPE
 
 Real = np.ndarray
 
+_LOWEST = np.geomspace(1e-6, 1e-2, 60)  # of a plant's middle frequency: where a gain may end in a slow or a fast pole
 SECONDS = 8.0  # of a curve or slope in which a peak counts
 
 
@@ -134,7 +135,8 @@ def _figure(problem: Problem, metric: str, scale: Scale, light: Modes = ()) -> P
     vehicle = problem.vehicle
     opened = bool({"Kpy", "Cpy"} & set(problem.free))
     if metric.startswith("gain_"):
-        omega = np.union1d(hinf_norm.grid(problem.plant), beside(light))
+        ends = hinf_norm.middle(problem.plant) * np.concatenate([_LOWEST, 1 / _LOWEST])
+        omega = np.unique(np.concatenate([hinf_norm.grid(problem.plant), ends, beside(light)]))
         return PeakGain(problem, scale, metric.removeprefix("gain_"), omega)
     if metric == "max_yv" and isinstance(vehicle, PlanView):
         line = laplace_line(SECONDS, CURVE, 1e3)
