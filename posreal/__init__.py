@@ -28,6 +28,7 @@ from posreal.design import (
 from posreal.design.bound import Bound, bound
 from posreal.design.search import Search, search
 from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
+from posreal.metric import Measured, Metric
 from posreal.network import (
     Damper,
     Graph,
@@ -47,12 +48,12 @@ from posreal.network.picture import save_picture
 from posreal.network.spice import spice
 from posreal.network.table import table
 from posreal.plant.plant import Plant
-from posreal.realise import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
+from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
 from posreal.study.compare import Comparison, compare
 from posreal.study.pareto import Pareto, pareto
 from posreal.study.reproduce import Reproduction, reproduce
 from posreal.study.sweep import Sweep, sweep
-from posreal.vehicle import Metric, PlanView, QuarterCar, SideView
+from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
 
 __version__ = "0.1.0"
 
@@ -70,6 +71,7 @@ __all__ = [
     "Layout",
     "Lever",
     "Limits",
+    "Measured",
     "Metric",
     "Network",
     "NotPositiveReal",
@@ -91,6 +93,7 @@ __all__ = [
     "Spring",
     "StateSpace",
     "Sweep",
+    "Vehicle",
     "Verdict",
     "__version__",
     "bound",

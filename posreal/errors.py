@@ -51,6 +51,16 @@ class Unsettled(Infeasible):
     """A figure that two independent methods, and longer arithmetic, do not agree on: it is not printed."""
 
 
+class DoesNotApply(BadDevice):
+    """This method does not serve this device; the text says why, and what does."""
+
+
+class Unproven(PosrealError):
+    """A synthesised network does not have the admittance it was made for: a fault of the method."""
+
+    exit_code = 1
+
+
 def listed(names: Iterable[object]) -> str:
     """``a, b or c``: what would have been accepted, for the end of a message."""
     words = [str(name) for name in names]

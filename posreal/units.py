@@ -1,15 +1,19 @@
-"""Numbers with units: read with their dimension checked, written as an engineer would.
+"""Numbers with units: read exactly and with their dimension checked, written as an engineer would.
 
-Units are read by pint, which is imported only when a text has a unit in it.
+A unit is a product of powers of symbols, such as ``kN s/m``, ``kg·m²`` or ``lbf*s/in``, read from left to right; each
+stroke divides by the one symbol behind it. A symbol is an exact number of other units, down to the metre, kilogram,
+second, radian and ampere, and many take a decimal prefix. The radian counts as a base unit, so that an angle is no
+plain number and a hertz is 2π rad/s; only there is a factor (π, to sixty digits) not exact.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from numbers import Real
 
 from posreal.admittance import exact
 from posreal.errors import BadDevice, BadInput, listed
@@ -17,10 +21,53 @@ from posreal.errors import BadDevice, BadInput, listed
 LONGEST = 60  # characters of a unit
 
 _QUANTITY = re.compile(
-    r"\s*(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*",
+    r"\s*(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,6})?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*",
     re.S,
 )
-_UNIT = re.compile(r"{0}(?:[*/]{0})*".format(r"[A-Za-zµ°%]+(?:\*\*-?[0-9])?"))  # no nested powers, no brackets
+_FACTOR = re.compile(r"(?P<symbol>[A-Za-zµΩ°%]+|1)\^?(?P<power>-?[0-9])?")  # no brackets, no nested powers
+_AS_TYPED = str.maketrans("μ·⋅Ω−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "µ**Ω--0123456789")
+
+_PI = "314159265358979323846264338327950288419716939937510582097494"
+_UNITS = {  # a number, or a quotient of two, of other units; a base unit is one of itself
+    "m": ("1", "m"),
+    "kg": ("1", "kg"),
+    "s": ("1", "s"),
+    "rad": ("1", "rad"),
+    "A": ("1", "A"),
+    "1": ("1", ""),
+    "%": ("1/100", ""),
+    "in": ("0.0254", "m"),
+    "inch": ("1", "in"),
+    "ft": ("12", "in"),
+    "g": ("1/1000", "kg"),
+    "t": ("1000", "kg"),
+    "lb": ("0.45359237", "kg"),
+    "slug": ("1", "lbf s^2/ft"),
+    "min": ("60", "s"),
+    "h": ("3600", "s"),
+    "deg": (f"{_PI}/180{59 * '0'}", "rad"),
+    "°": ("1", "deg"),
+    "rpm": ("6", "deg/s"),
+    "Hz": ("360", "deg/s"),
+    "kph": ("1", "km/h"),
+    "mph": ("5280", "ft/h"),
+    "N": ("1", "kg m/s^2"),
+    "kgf": ("9.80665", "N"),
+    "lbf": ("9.80665", "lb m/s^2"),
+    "Ns": ("1", "N s"),
+    "Nm": ("1", "N m"),
+    "Nms": ("1", "N m s"),
+    "J": ("1", "N m"),
+    "W": ("1", "J/s"),
+    "Pa": ("1", "N/m^2"),
+    "V": ("1", "W/A"),
+    "ohm": ("1", "V/A"),
+    "Ω": ("1", "ohm"),
+    "H": ("1", "V s/A"),
+    "F": ("1", "A s/V"),
+}
+_PREFIXED = ("m", "g", "s", "rad", "A", "Hz", "N", "Ns", "Nm", "Nms", "J", "W", "Pa", "V", "ohm", "Ω", "H", "F")
+_TENS = {"n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 
 _EXAMPLES = {
     "N/m": ("N/m", "kN/m", "MN/m", "N/mm"),
@@ -32,6 +79,8 @@ _EXAMPLES = {
     "kg*m**2": ("kg m²", "t m²"),
     "N": ("N", "kN"),
     "s": ("s", "ms"),
+    "": ("a plain number",),
+    "1": ("a plain number",),
 }
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -60,16 +109,13 @@ def quantity(text: str | float, unit: str) -> float:
 
 def exact_quantity(text: str | float, unit: str) -> Fraction:
     """As `quantity`, exactly: ``"0.3 t"`` is 300 kg, not 299.99999999999994."""
-    if not isinstance(text, str):
-        if isinstance(text, bool) or not isinstance(text, int | float | Fraction):
-            raise BadInput(f"{text!r} is not a number with a unit; write for example {_example(unit)}.")
-        return _number(repr(text) if isinstance(text, float) else str(text), unit)
-    match = _QUANTITY.fullmatch(text) if len(text) < 25_000 else None
+    if isinstance(text, Real) and not isinstance(text, bool):
+        return _number(repr(float(text)) if isinstance(text, float) else text, unit)
+    match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) <= exact.LONGEST_NUMBER else None
     if match is None:
-        raise BadInput(f"{_shown(text)!r} is not a number with a unit; write for example {_example(unit)}.")
+        raise BadInput(f"{_shown(text)} is not a number with a unit; write for example {_example(unit)}.")
     number = _number(match["number"], unit)
-    given = match["unit"]
-    return number * _factor(given, unit) if given else number
+    return _number(number * _factor(match["unit"], unit), unit) if match["unit"] else number
 
 
 def engineering(value: float | Fraction, unit: str = "", digits: int = 3, ascii: bool = False) -> str:
@@ -130,59 +176,60 @@ def _plain(mantissa: Decimal, digits: int) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def _number(text: str, unit: str) -> Fraction:
+def _number(given: str | Real, unit: str) -> Fraction:
+    """Zero, or a number that a float holds with room for a product."""
     try:
-        return exact.to_fraction(exact.to_fmpq(text))
+        number = exact.to_fraction(exact.to_fmpq(given))  # type: ignore[arg-type]
     except BadDevice:
-        raise BadInput(f"{_shown(text)!r} is not a finite number; write for example {_example(unit)}.") from None
+        raise BadInput(f"{_shown(given)} is not a finite number; write for example {_example(unit)}.") from None
+    size = abs(exact.to_float(number))
+    if number and not 1e-300 <= size <= 1e300:
+        named = _shown(given) if isinstance(given, str) else f"A number {'above 1e300' if size > 1 else 'below 1e-300'}"
+        raise BadInput(f"{named} is out of range; give one from 1e-300 to 1e300, for example {_example(unit)}.")
+    return number
 
 
 @lru_cache(maxsize=1024)
 def _factor(given: str, unit: str) -> Fraction:
     """How many of `unit` one of `given` is."""
-    import pint
-
-    if len(given) > LONGEST or not _UNIT.fullmatch(_spelled(given)):
-        raise BadInput(f"{_shown(given)!r} is not a unit; give {_accepted(unit)}.")
-    registry = _registry()
-    try:
-        source = registry.parse_units(_spelled(given))
-    except (pint.errors.PintError, ValueError, TypeError, AttributeError, SyntaxError):
-        raise BadInput(f"The unit {given!r} is not known; give {_accepted(unit)}.") from None
-    target = registry.parse_units(_spelled(unit))
-    if source.dimensionality != target.dimensionality:
+    factor, powers = _product(given, unit)
+    accepted, wanted = _product(unit, unit)
+    if powers != wanted:
         raise BadInput(f"The unit {given!r} measures something else; give {_accepted(unit)}.")
-    try:
-        factor = registry.Quantity(Fraction(1), source).to(target).magnitude
-        if registry.Quantity(Fraction(2), source).to(target).magnitude != 2 * factor:
-            raise BadInput(f"The unit {given!r} has a zero of its own; give {_accepted(unit)}.")
-    except pint.errors.PintError:
-        raise BadInput(f"The unit {given!r} cannot be converted; give {_accepted(unit)}.") from None
-    return Fraction(factor)
+    return factor / accepted
 
 
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)
-
-
-def _spelled(unit: str) -> str:
-    """As pint writes it: ``kN·s/m²`` is ``kN*s/m**2``."""
-    text = unit.strip().replace("μ", "µ").replace("·", "*").replace("⋅", "*").replace("^", "**")
-    text = re.sub(r"\s*(\*\*|[*/])\s*", r"\1", text.replace("²", "**2").replace("³", "**3"))
-    return re.sub(r"\s+", "*", text)
+def _product(text: str, unit: str) -> tuple[Fraction, Counter[str]]:
+    """A unit as a number and the powers of the base units."""
+    factor, powers = Fraction(1), Counter[str]()
+    typed = text.strip().translate(_AS_TYPED).replace("**", "^") if len(text) <= LONGEST else "!"
+    spelled = re.sub(r"\s+", "*", re.sub(r"\s*([*/^])\s*", r"\1", typed))
+    for stroke, part in re.findall(r"(^|[*/])([^*/]*)", spelled) if text else ():
+        match = _FACTOR.fullmatch(part)
+        if match is None:
+            raise BadInput(f"{_shown(text)} is not a unit; give {_accepted(unit)}.")
+        symbol, power, ten = match["symbol"], int(match["power"] or 1), 0
+        if symbol not in _UNITS and symbol[0] in _TENS and symbol[1:] in _PREFIXED:
+            symbol, ten = symbol[1:], _TENS[symbol[0]]
+        if symbol not in _UNITS:
+            raise BadInput(f"The unit {text!r} is not known; give {_accepted(unit)}.")
+        number, of = _UNITS[symbol]
+        value, base = (Fraction(1), Counter({symbol: 1})) if of == symbol else _product(of, unit)
+        power = -power if stroke == "/" else power
+        factor *= (value * Fraction(number) * Fraction(10) ** ten) ** power
+        powers.update({name: count * power for name, count in base.items()})
+    return factor, powers
 
 
 def _accepted(unit: str) -> str:
     spelled = unit.replace(" ", "*").replace("·", "*").replace("^", "**")
-    return listed(_EXAMPLES.get(spelled, (unit or "a plain number",)))
+    return listed(_EXAMPLES.get(spelled, (unit,)))
 
 
 def _example(unit: str) -> str:
     return f"'2.5 {unit.replace('*', ' ')}'" if unit else "'2.5'"
 
 
-def _shown(text: str) -> str:
+def _shown(given: object) -> str:
+    text = repr(given)
     return text if len(text) <= 40 else text[:37] + "..."

@@ -27,13 +27,14 @@ def test_an_installed_wheel_lists_the_layouts(tmp_path):
         for entry in dependency.iterdir():
             if "posreal" not in entry.name and not (site / entry.name).exists() and entry.suffix != ".pth":
                 (site / entry.name).symlink_to(entry)
+    elsewhere = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     run = subprocess.run(
         [tmp_path / "clean" / "bin" / "posreal", "layouts"],
         check=True,
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        env={key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
+        env=elsewhere,
     )
     assert [line.split()[0] for line in run.stdout.splitlines()[2:]] == [f"S{i}" for i in range(1, 8)]
     where = subprocess.run(
@@ -42,5 +43,6 @@ def test_an_installed_wheel_lists_the_layouts(tmp_path):
         text=True,
         check=True,
         cwd=tmp_path,
+        env=elsewhere,
     )
     assert str(site) in where.stdout

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, TypeAlias
 
 import numpy as np
+from flint import fmpq_poly
 
 from posreal.admittance import exact
-from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice
+
+Polynomial: TypeAlias = fmpq_poly | Iterable[exact.Number]
 
 
 def is_control_system(thing: object) -> bool:
@@ -16,8 +19,8 @@ def is_control_system(thing: object) -> bool:
     return type(thing).__module__.partition(".")[0] == "control"
 
 
-def from_control(system: Any) -> Rational:
-    """The admittance a one-input one-output continuous-time system is, its floats taken exactly.
+def coefficients(system: Any) -> tuple[Polynomial, Polynomial]:
+    """Numerator and denominator of a one-input one-output continuous-time system, its floats taken exactly.
 
     Parameters
     ----------
@@ -38,19 +41,18 @@ def from_control(system: Any) -> Rational:
         raise BadDevice(f"A device has one port; this has {system.ninputs} inputs and {system.noutputs} outputs.")
     if hasattr(system, "A"):
         if np.asarray(system.A).size == 0:
-            return Rational([np.asarray(system.D).item()])
-        n, d = exact.transfer_function(
+            return [np.asarray(system.D).item()], [1]
+        return exact.transfer_function(
             exact.matrix(system.A),
             exact.matrix(system.B),
             exact.matrix(system.C),
             exact.matrix(system.D)[0, 0],
         )
-        return Rational(n, d)
-    return Rational(system.num[0][0][::-1], system.den[0][0][::-1])
+    return system.num[0][0][::-1], system.den[0][0][::-1]
 
 
-def to_control(device: Rational) -> Any:
-    """A ``control.TransferFunction`` of the device.
+def transfer_function(numerator: fmpq_poly, denominator: fmpq_poly) -> Any:
+    """A ``control.TransferFunction`` of two polynomials.
 
     Raises
     ------
@@ -59,7 +61,7 @@ def to_control(device: Rational) -> Any:
     """
     from control import TransferFunction
 
-    n, d = exact.floats(device.n.coeffs()) or [0.0], exact.floats(device.d.coeffs())
+    n, d = exact.floats(numerator.coeffs()) or [0.0], exact.floats(denominator.coeffs())
     if not np.all(np.isfinite([*n, *d])):
         raise BadDevice("A coefficient is too large for python-control's floats; scale the device first.")
     return TransferFunction(n[::-1], d[::-1])

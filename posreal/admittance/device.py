@@ -7,8 +7,7 @@ from typing import Any, TypeAlias
 
 from flint import fmpq
 
-from posreal.admittance.control_systems import from_control, is_control_system
-from posreal.admittance.parse import parse_rational
+from posreal.admittance.control_systems import is_control_system
 from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice
 
@@ -34,9 +33,9 @@ def as_rational(device: Device) -> Rational:
     if isinstance(device, Rational):
         return device
     if isinstance(device, str):
-        return parse_rational(device)
+        return Rational.parse(device)
     if is_control_system(device):
-        return from_control(device)
+        return Rational.from_control(device)
     for method in ("admittance", "rational"):
         if callable(getattr(device, method, None)):
             found = getattr(device, method)()

@@ -14,10 +14,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from posreal.admittance import exact
-from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice
+
+if TYPE_CHECKING:
+    from posreal.admittance.rational import Rational
 
 LONGEST_TEXT = 50_000  # characters
 MOST_TOKENS = 4_000
@@ -38,28 +41,11 @@ class _Token:
     position: int
 
 
-def parse_rational(text: str) -> Rational:
-    """Read a rational function of s.
-
-    Parameters
-    ----------
-    text : str
-        Algebra in ``s`` with ``+ - * / ^ **`` and parentheses. Here ``+`` is the ordinary sum of two
-        functions (in the notation of networks it means series).
-
-    Raises
-    ------
-    BadDevice
-        With the position and what would be accepted there.
-
-    Examples
-    --------
-    >>> str(parse_rational("2.5e5/s + 2e4"))
-    '(20000*s + 250000)/s'
-    """
+def read(text: str, kind: type[Rational]) -> Rational:
+    """The function that a text says, worked out in `kind`; see `Rational.parse`."""
     if len(text) > LONGEST_TEXT:
         raise BadDevice(f"This device text has {len(text)} characters; at most {LONGEST_TEXT} are read.")
-    return _Reader(text).read()
+    return _Reader(text, kind).read()
 
 
 def _tokens(text: str) -> list[_Token]:
@@ -84,8 +70,8 @@ def _error(text: str, position: int, complaint: str) -> BadDevice:
 
 
 class _Reader:
-    def __init__(self, text: str) -> None:
-        self.text = text
+    def __init__(self, text: str, kind: type[Rational]) -> None:
+        self.text, self.kind = text, kind
         self.tokens = _tokens(text)
         self.next = 0
         self.depth = 0
@@ -158,16 +144,16 @@ class _Reader:
         if self.accept("^", "**"):
             raise self.error("write parentheses around a power of a power")
         value = value.inverse() if negative else value
-        return self.limited(Rational(value.n**exponent, value.d**exponent))
+        return self.limited(self.kind(value.n**exponent, value.d**exponent))
 
     def atom(self) -> Rational:
         token = self.here
         if token.kind == "number":
             self.next += 1
-            return Rational([exact.to_fmpq(token.text)])
+            return self.kind([exact.to_fmpq(token.text)])
         if token.kind == "name" and token.text == "s":
             self.next += 1
-            return Rational([0, 1])
+            return self.kind([0, 1])
         if token.kind == "name":
             raise self.error(f"{token.text!r} is not known; the only variable is s")
         if self.accept("("):

@@ -17,8 +17,9 @@ import numpy as np
 from flint import fmpq, fmpq_poly
 from numpy.typing import ArrayLike, NDArray
 
-from posreal.admittance import exact
+from posreal.admittance import control_systems, exact
 from posreal.admittance.exact import Number
+from posreal.admittance.parse import read
 from posreal.errors import BadDevice
 
 S = fmpq_poly([0, 1])
@@ -102,10 +103,25 @@ class Rational:
 
     @classmethod
     def parse(cls, text: str) -> Rational:
-        """Read ordinary algebra in s; see `parse_rational`."""
-        from posreal.admittance.parse import parse_rational
+        """Read a rational function of s.
 
-        return parse_rational(text)
+        Parameters
+        ----------
+        text : str
+            Algebra in ``s`` with ``+ - * / ^ **`` and parentheses. Here ``+`` is the ordinary sum of two
+            functions (in the notation of networks it means series).
+
+        Raises
+        ------
+        BadDevice
+            With the position and what would be accepted there.
+
+        Examples
+        --------
+        >>> str(Rational.parse("2.5e5/s + 2e4"))
+        '(20000*s + 250000)/s'
+        """
+        return read(text, cls)
 
     # -- what it is -----------------------------------------------------------------------------
 
@@ -305,15 +321,14 @@ class Rational:
     @classmethod
     def from_control(cls, system: Any) -> Rational:
         """From a python-control ``TransferFunction`` (improper ones too) or ``StateSpace``, exactly."""
-        from posreal.admittance.control_systems import from_control
-
-        return from_control(system)
+        return cls(*control_systems.coefficients(system))
 
     def to_control(self) -> Any:
         """A ``control.TransferFunction`` with float coefficients."""
-        from posreal.admittance.control_systems import to_control
+        return control_systems.transfer_function(self.n, self.d)
 
-        return to_control(self)
+
+parse_rational = Rational.parse
 
 
 def _restored(data: dict[str, Any]) -> Rational:

@@ -213,12 +213,13 @@ def compare(
     ascii: Ascii = False,
 ) -> None:
     """Layouts and synthesised devices side by side, and the best network."""
+    from posreal.files import require_writable
     from posreal.study.compare import compare as side_by_side
-    from posreal.study.pareto import writable_picture
+    from posreal.study.drawing import FORMATS
 
     question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
     if plot is not None:
-        writable_picture(plot)
+        require_writable(plot, FORMATS)
     with progress() as say:
         comparison = side_by_side(question, orders=orders(to_orders), seed=seed, jobs=job_count(jobs), progress=say)
     if plot is not None:

@@ -20,13 +20,16 @@ def check(device: DeviceWords, repair: Repair = None, as_json: AsJson = False) -
     """Decide exactly whether a device is positive real; exit code 0 or 1."""
     from posreal.admittance import as_rational
     from posreal.admittance import check as judge
-    from posreal.realise import nearest_positive_real
 
     admittance = as_rational(one_device(device))
     verdict = judge(admittance)
     if not as_json:  # before a repair, which may be refused
         print("\n  ".join([str(verdict), *verdict.facts()]))
-    repaired = None if repair is None else nearest_positive_real(admittance, repair)
+    repaired = None
+    if repair is not None:
+        from posreal.realisation import nearest_positive_real
+
+        repaired = nearest_positive_real(admittance, repair)
     if as_json:
         print_json(verdict.to_dict() | ({} if repaired is None else {"repair": repaired.to_dict()}))
     elif repaired is not None:
@@ -60,8 +63,8 @@ def realise(
 ) -> None:
     """Build a network for a device, and prove that it is the device."""
     from posreal.admittance import as_rational
-    from posreal.realise import Limits, nearest_positive_real, realise_all
-    from posreal.realise import realise as build
+    from posreal.realisation import Limits, nearest_positive_real, realise_all
+    from posreal.realisation import realise as build
 
     check_paths(write)
     if tolerance is None and over is not None:
@@ -103,7 +106,7 @@ def realise(
 
 def _listing(found: list[Any]) -> str:
     """All realisations: counts and the spread of values, which is what a builder looks at."""
-    from posreal.study.text import table
+    from posreal.text_table import table
 
     rows = [
         [

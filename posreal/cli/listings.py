@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def problems(as_json: AsJson = False) -> None:
     """List the design problems."""
     from posreal.design import problems as named
-    from posreal.study.text import table
+    from posreal.text_table import table
 
     entries = named()
     if as_json:
@@ -48,7 +48,7 @@ def layouts(
     """List the fixed layouts, or draw one."""
     from posreal.design import layout, problem
     from posreal.design import layouts as shipped
-    from posreal.study.text import table
+    from posreal.text_table import table
 
     if name is None:
         entries = shipped()

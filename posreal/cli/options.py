@@ -135,7 +135,7 @@ def words(given: list[str]) -> list[str]:
 
 def one_device(given: list[str]) -> Any:
     """A device that stands by itself, outside any vehicle."""
-    from posreal.design import read_device
+    from posreal.network.read_device import read_device
 
     text = " ".join(words(given))
     device = read_device(text)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 if TYPE_CHECKING:
     from posreal.admittance import Rational
     from posreal.design import Design
     from posreal.network import Network
-    from posreal.realise import Realisation
+    from posreal.realisation import Realisation
 
 
 def print_json(document: Any) -> None:
@@ -79,7 +78,7 @@ def check_paths(paths: Sequence[Path] | None) -> None:
 
 def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False) -> None:
     """Every metric of a design, its constraints, and how it was found."""
-    from posreal.study.text import table
+    from posreal.text_table import table
     from posreal.units import engineering
 
     print(heading)
@@ -128,9 +127,10 @@ def readable(device: Rational, digits: int = 8) -> str:
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
     """A line of progress on standard error, if somebody is looking at it."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
+    if not sys.stderr.isatty():
         yield lambda text: None
         return
-    with console.status("working") as status:
+    from rich.console import Console
+
+    with Console(stderr=True).status("working") as status:
         yield lambda text: status.update(text)

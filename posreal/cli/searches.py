@@ -61,11 +61,13 @@ def search(
     from posreal.design.bound import bound as prove
     from posreal.design.search import read_at_most, read_bounds, read_limits
     from posreal.design.search import search as find
-    from posreal.study.pareto import pareto, writable_picture
+    from posreal.files import require_writable
+    from posreal.study.drawing import FORMATS
+    from posreal.study.pareto import pareto
 
     question = posed(problem, vehicle, position, objective, stiffness)
     if plot is not None:
-        writable_picture(plot)
+        require_writable(plot, FORMATS)
     compared = [] if to_orders is None else orders(to_orders)
     with progress() as say:
         found = find(

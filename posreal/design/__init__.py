@@ -2,7 +2,7 @@
 
 from posreal.design.bound import Bound
 from posreal.design.constraint import Constraint
-from posreal.design.device import evaluate, read_design, read_device
+from posreal.design.device import evaluate, read_design
 from posreal.design.layout import Layout, layout, layouts
 from posreal.design.mounting import Mounting
 from posreal.design.named import limited, over_points, problem, problems
@@ -32,6 +32,5 @@ __all__ = [
     "problem_from_plant",
     "problems",
     "read_design",
-    "read_device",
     "synthesise",
 ]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from posreal.admittance import Rational
 from posreal.design.guard import guarded
 from posreal.design.result import Design
-from posreal.vehicle import SideView
-from posreal.vehicle.metrics import vertical_ride_over_the_whole_band
+from posreal.metric import ClosedVehicle
+from posreal.vehicle import Vehicle
 
 _RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
 _ROUNDING = 1e-6  # of a figure: worse by no more than that is not worse
@@ -36,24 +37,24 @@ def caveats(design: Design) -> list[str]:
 
 def _ringing(design: Design) -> list[str]:
     problem = design.problem
-    metric, vehicle = problem.base_objective, problem.vehicle
-    if not isinstance(vehicle, SideView) or problem.goal is not None or problem.whole_band:
+    metric, twin = problem.base_objective, f"{problem.base_objective}_whole"
+    if twin not in problem.vehicle.metrics or problem.goal is not None:
         return []
-    position = metric.removeprefix("J1z_")
-    whole = vertical_ride_over_the_whole_band(vehicle, design.port, position).value
-    before, port = problem.original.vehicle, problem.original.default_port
-    assert isinstance(before, SideView)
-    assert port is not None
-    lost = 100 * (whole / vertical_ride_over_the_whole_band(before, port, position).value - 1)
-    said = []
+    whole, said = _value(problem.vehicle, design.port, twin), []
     if whole >= _RINGS * design.metrics[metric].value:
         said.append(
             f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above "
-            f"20 Hz: --objective whole-band minimises that instead, --limit {metric}_whole=… keeps it low"
+            f"20 Hz: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
         )
+    before, port = problem.original.vehicle, problem.original.default_port
+    lost = 0.0 if port is None else 100 * (whole / _value(before, port, twin) - 1)
     if lost > 100 * _ROUNDING:
         said.append(f"over all frequencies {metric} is {_worse(lost)}")
     return said
+
+
+def _value(vehicle: Vehicle, port: Rational, metric: str) -> float:
+    return vehicle.metrics[metric].measure(ClosedVehicle(vehicle, {"secondary": port})).value
 
 
 def _worse(percent: float) -> str:

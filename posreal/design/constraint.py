@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from posreal.vehicle import Metric
+from posreal.metric import Measured
 
 ROUNDING = 1e-9  # of a constraint's value: a miss that is none
 BINDING = 1e-4  # of a constraint's value: what is left where it decides the design
@@ -32,12 +32,12 @@ class Constraint:
         """The metric without the operating point."""
         return self.metric.removesuffix(f" at {self.point}")
 
-    def margin(self, metrics: Mapping[str, Metric]) -> float:
+    def margin(self, metrics: Mapping[str, Measured]) -> float:
         """How far inside the constraint, in the metric's unit; negative outside."""
         slack = metrics[self.metric].value - self.value
         return slack if self.sense == ">=" else -slack
 
-    def verdict(self, metrics: Mapping[str, Metric]) -> str:
+    def verdict(self, metrics: Mapping[str, Measured]) -> str:
         """``holds``, ``binds`` (holds with no more than 0.01 % to spare) or ``VIOLATED`` (by more than rounding)."""
         margin, unit = self.margin(metrics), abs(self.value)
         if margin < -ROUNDING * unit:

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from posreal.admittance import Rational
 from posreal.admittance.device import as_rational
 from posreal.admittance.positive_real import require
 from posreal.design.guard import guarded
@@ -24,12 +23,11 @@ from posreal.design.optimise import evaluate_layout
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.errors import BadDevice, BadInput, listed
-from posreal.network import Network, parse
+from posreal.network import Network
+from posreal.network.read_device import is_file, read_device
 from posreal.units import exact_quantity
 
-_LARGEST = 1_000_000  # bytes of a device file
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
-_ELEMENT = re.compile(r"\s*[({\s]*[kcb]\w*\s*(=|[|+)]|$)")
 
 
 def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Design:
@@ -98,21 +96,6 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
     return guarded(evaluate_layout(tuned, chosen, values, vehicle=given))
 
 
-def read_device(text: str) -> Network | Rational | None:
-    """A network, an admittance or a file with one of them; None for ``default``.
-
-    Raises
-    ------
-    BadDevice, BadInput
-    """
-    text = text.strip()
-    if text in ("default", "none"):
-        return None
-    if _is_file(text):
-        return _from_file(Path(text))
-    return parse(text) if _ELEMENT.match(text) or text.startswith("{") else as_rational(text)
-
-
 def _element_value(name: str, text: str) -> Any:
     unit = {"k": "N/m", "c": "N*s/m", "b": "kg"}[name[0]]
     try:
@@ -131,34 +114,9 @@ def _is_layout(text: str) -> bool:
     )
 
 
-def _is_file(text: str) -> bool:
-    return text.endswith((".json", ".txt", ".net")) or (len(text) < 4096 and "\n" not in text and Path(text).is_file())
-
-
-def _from_file(path: Path) -> Network | Rational | None:
-    try:
-        if path.stat().st_size > _LARGEST:
-            raise BadInput(f"{path} is larger than {_LARGEST} bytes; a device is a page of text")
-        text = path.read_text(encoding="utf-8").strip()
-    except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{path} is not a text file in UTF-8") from None
-    try:
-        if not text.startswith("{") or '"' not in text:
-            if _is_file(text):
-                raise BadInput(f"{path} names another file; give a file that holds a device")
-            return read_device(text)
-        return _from_json(json.loads(text))
-    except json.JSONDecodeError as error:
-        raise BadInput(f"{path} is not valid JSON: {error}") from None
-    except BadDevice as error:
-        raise BadDevice(f"{path}: {error}") from None
-
-
 def _chosen_in(text: str, problem: Problem) -> dict[str, float]:
     """Vehicle parameters that the problem leaves free and a file of a synthesised design has values for."""
-    if not (problem.free and _is_file(text.strip())):
+    if not (problem.free and is_file(text.strip())):
         return {}
     try:
         document = json.loads(Path(text.strip()).read_text(encoding="utf-8"))
@@ -166,19 +124,3 @@ def _chosen_in(text: str, problem: Problem) -> dict[str, float]:
     except (json.JSONDecodeError, KeyError, TypeError):
         return {}
     return {name: given[name] for name in problem.free if isinstance(given, dict) and name in given}
-
-
-def _from_json(document: Any) -> Network | Rational:
-    """A device from what posreal itself prints with ``--json``, or from a bare numerator and denominator."""
-    for key in ("design", "device"):
-        if isinstance(document, dict) and isinstance(document.get(key), dict):
-            document = document[key]
-    if isinstance(document, dict) and isinstance(document.get("network"), str):
-        return parse(document["network"])
-    if isinstance(document, dict) and isinstance(document.get("notation"), str):
-        return parse(document["notation"])
-    if isinstance(document, dict) and isinstance(document.get("rational"), dict):
-        document = document["rational"]
-    if isinstance(document, dict) and "numerator" in document:
-        return Rational.from_dict(document)
-    raise BadDevice("no device in this JSON; accepted is what --json prints, or numerator and denominator lists")

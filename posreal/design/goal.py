@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from posreal.errors import BadInput
-from posreal.vehicle import Metric
+from posreal.metric import Measured
 
 _TERM = re.compile(r"(?:([0-9.eE+-]*[0-9.])\s*\*?\s*)?([A-Za-z]\w*)")
 
@@ -32,17 +32,17 @@ class Goal:
         terms = [name if weight == 1 else f"{weight:g}*{name}" for name, weight in self.parts]
         return " + ".join(terms) if self.kind == "sum" else f"{self.kind} of " + ", ".join(terms)
 
-    def of(self, metrics: Mapping[str, Metric]) -> Metric:
+    def of(self, metrics: Mapping[str, Measured]) -> Measured:
         """The figure from the metrics that it is made of."""
         values = [weight * metrics[name].value for name, weight in self.parts]
         units = {metrics[name].unit for name, _ in self.parts}
         unit = units.pop() if len(units) == 1 else "1"
         if self.kind == "sum":
-            return Metric(sum(values), unit)
+            return Measured(sum(values), unit)
         if self.kind == "norm":
-            return Metric(math.hypot(*values), unit)
+            return Measured(math.hypot(*values), unit)
         worst = max(range(len(values)), key=values.__getitem__)
-        return Metric(values[worst], unit, f"by {self.parts[worst][0]}")
+        return Measured(values[worst], unit, f"by {self.parts[worst][0]}")
 
 
 def weighted_sum(text: str) -> Goal:

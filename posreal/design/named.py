@@ -188,7 +188,7 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
         For a metric that cannot be limited, or a limit that is not a number above 0.
     """
     if isinstance(problem.vehicle, UserPlant):
-        outputs = problem.vehicle.plant.outputs
+        outputs = problem.vehicle.shaken.outputs
         known = (*(f"rms_{o}" for o in outputs), *(f"gain_{o}" for o in outputs), "static_stiffness", "inertance")
     else:
         known = _LIMITED[type(problem.vehicle)]

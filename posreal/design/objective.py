@@ -198,7 +198,7 @@ def _mean_square(
             plant = vehicle.road()
             known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)}
         case UserPlant():
-            plant = vehicle.plant
+            plant = vehicle.shaken
             delay = float(plant.delays.max())
             fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
             rule = quadrature.whole_line(hinf_norm.middle(plant), longest_delay=delay, per_decade=fine)

@@ -21,17 +21,11 @@ from posreal.design.constraint import ROUNDING, Constraint, Range
 from posreal.design.goal import Goal
 from posreal.design.mounting import Mounting
 from posreal.errors import BadInput, Infeasible
-from posreal.plant.figures import ClosedPlant
+from posreal.metric import Measured
 from posreal.plant.plant import Plant
-from posreal.vehicle import Metric, PlanView, QuarterCar, SideView, override
-from posreal.vehicle.metrics import (
-    lateral_metrics,
-    metric,
-    quarter_car_metrics,
-    vertical_metrics,
-    vertical_ride_over_the_whole_band,
-)
-from posreal.vehicle.user_plant import UserPlant, user_metrics
+from posreal.vehicle import PlanView, QuarterCar, SideView, override
+from posreal.vehicle.user_plant import UserPlant
+from posreal.vehicle.vehicle import measure
 
 Vehicle = PlanView | SideView | QuarterCar | UserPlant
 
@@ -170,7 +164,7 @@ class Problem:
 
     # --- what counts -----------------------------------------------------------------------------------------
 
-    def metrics(self, port: Rational) -> dict[str, Metric]:
+    def metrics(self, port: Rational) -> dict[str, Measured]:
         """Every metric of the vehicle with the admittance `port` in its secondary port.
 
         Raises
@@ -192,29 +186,13 @@ class Problem:
             if there[self.base_objective].value > worst.value:
                 worst, where = there[self.base_objective], name
         place = f"at {where}" + (f", {worst.at}" if worst.at else "")
-        found[self.objective] = Metric(worst.value, worst.unit, place)
+        found[self.objective] = Measured(worst.value, worst.unit, place)
         return found
 
-    def _own_metrics(self, port: Rational) -> dict[str, Metric]:
-        match self.vehicle:
-            case PlanView() as plan:
-                found = lateral_metrics(plan, port)
-            case SideView() as side:
-                found = vertical_metrics(side, port)
-            case QuarterCar() as quarter:
-                found = quarter_car_metrics(quarter, port)
-            case UserPlant() as own:
-                found = user_metrics(own, port)
+    def _own_metrics(self, port: Rational) -> dict[str, Measured]:
         asked = {self.base_objective, *self.at_most} | {name for name, _ in (self.goal.parts if self.goal else ())}
-        if "inertance" in asked:
-            found["inertance"] = Metric(float(port.inertance), "kg")
-        for name in sorted(asked):
-            if isinstance(self.vehicle, SideView) and name.endswith("_whole"):
-                position = name.removeprefix("J1z_").removesuffix("_whole")
-                found[name] = vertical_ride_over_the_whole_band(self.vehicle, port, position)
-            if name.startswith("gain_"):
-                top, omega = ClosedPlant(self.plant, {"secondary": port}).largest_gain(name.removeprefix("gain_"))
-                found[name] = metric(top, "1", f"at {omega:.4g} rad/s")
+        extra = [name for name in sorted(asked) if name in self.vehicle.metrics and name not in self.vehicle.headline]
+        found = measure(self.vehicle, {"secondary": port}, *extra)
         if self.goal is not None:
             found[self.goal.name] = self.goal.of(found)
         return found
@@ -230,7 +208,7 @@ class Problem:
             case QuarterCar() as quarter:
                 return quarter.road()
             case UserPlant() as own:
-                return own.plant
+                return own.shaken
         raise AssertionError(self.vehicle)
 
     @property
@@ -258,7 +236,7 @@ class Problem:
         }
 
     @cached_property
-    def default_metrics(self) -> dict[str, Metric] | None:
+    def default_metrics(self) -> dict[str, Measured] | None:
         """Every metric of the reference vehicle with its default suspension.
 
         Raises
@@ -291,7 +269,7 @@ class Problem:
             ]
         return tuple(found)
 
-    def violated(self, metrics: Mapping[str, Metric], *, tolerance: float = ROUNDING) -> list[str]:
+    def violated(self, metrics: Mapping[str, Measured], *, tolerance: float = ROUNDING) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""
         return [
             f"{constraint} is violated: {metrics[constraint.metric].value:.6g}"
@@ -299,7 +277,7 @@ class Problem:
             if constraint.margin(metrics) < -tolerance * abs(constraint.value)
         ]
 
-    def improvement(self, metrics: Mapping[str, Metric], name: str | None = None) -> float | None:
+    def improvement(self, metrics: Mapping[str, Measured], name: str | None = None) -> float | None:
         """Per cent by which a metric (the objective by default) is better than the default suspension's."""
         if self.default_metrics is None:
             return None

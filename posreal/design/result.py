@@ -13,8 +13,8 @@ from posreal.admittance import Rational
 from posreal.admittance.positive_real import require
 from posreal.design.problem import Problem
 from posreal.errors import Infeasible
+from posreal.metric import Measured
 from posreal.network import Network, nodal_admittance
-from posreal.vehicle import Metric
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Design:
     device : Rational or None
         The admittance beside the static spring or behind the bush, or, if `whole`, that of the whole strut with its
         own spring or bush (a layout); None for no device.
-    metrics : mapping of metric name to Metric
+    metrics : mapping of metric name to Measured
     network : Network or None
         `device` as a network where it is one; then the metrics are the network's. Its values are rounded, so its
         admittance may differ from the device's by up to 1e-9.
@@ -45,7 +45,7 @@ class Design:
     label: str
     problem: Problem
     device: Rational | None
-    metrics: Mapping[str, Metric]
+    metrics: Mapping[str, Measured]
     network: Network | None = None
     whole: bool = False
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -71,7 +71,7 @@ class Design:
         return self.problem.port(inner, whole=self.whole)
 
     @property
-    def objective(self) -> Metric:
+    def objective(self) -> Measured:
         """The figure that the problem minimises."""
         return self.metrics[self.problem.objective]
 
@@ -89,7 +89,7 @@ class Design:
         """Per cent by which a metric (the objective) is better than with the default suspension."""
         return self.problem.improvement(self.metrics, metric)
 
-    def check(self, *, tolerance: float = 1e-6) -> Mapping[str, Metric]:
+    def check(self, *, tolerance: float = 1e-6) -> Mapping[str, Measured]:
         """Compute everything again from the device alone and compare.
 
         Parameters
@@ -99,7 +99,7 @@ class Design:
 
         Returns
         -------
-        mapping of metric name to Metric, the figures computed anew
+        mapping of metric name to Measured, the figures computed anew
 
         Raises
         ------
@@ -162,7 +162,7 @@ class Design:
         }
 
 
-def metrics_to_dict(metrics: Mapping[str, Metric]) -> dict[str, dict[str, Any]]:
+def metrics_to_dict(metrics: Mapping[str, Measured]) -> dict[str, dict[str, Any]]:
     """``{name: {"value", "unit"}}``, with ``"at"`` where a figure says where it is attained."""
     return {
         name: {"value": metric.value, "unit": metric.unit} | ({"at": metric.at} if metric.at else {})

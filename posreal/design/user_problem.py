@@ -23,11 +23,11 @@ import numpy as np
 from posreal.admittance import Rational
 from posreal.admittance.device import as_rational
 from posreal.admittance.positive_real import require
-from posreal.design.device import read_device
 from posreal.design.goal import Goal
 from posreal.design.named import limited
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, listed
+from posreal.network.read_device import read_device
 from posreal.plant.plant import Plant
 from posreal.vehicle import UserPlant
 

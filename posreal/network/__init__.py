@@ -1,5 +1,7 @@
 """Networks of springs, dampers and inerters: trees, bridges, levers, and every form in which they show."""
 
+from collections.abc import Callable
+
 from posreal.network.canonical import canonical_key, isomorphic
 from posreal.network.graph import Graph, Lever, bridge
 from posreal.network.nodal import nodal_admittance, nodal_value
@@ -17,6 +19,20 @@ from posreal.network.tree import (
     parallel,
     series,
 )
+
+
+def _shown(how: str) -> Callable[[Network], str]:
+    """A notebook's display hook; what draws is loaded when something is shown."""
+
+    def show(network: Network) -> str:
+        from posreal.network import notebook
+
+        return str(getattr(notebook, how)(network))
+
+    return show
+
+
+Network._repr_html_, Network._repr_svg_, Network._repr_latex_ = map(_shown, ("html", "svg", "latex"))
 
 __all__ = [
     "Counts",

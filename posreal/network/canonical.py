@@ -36,7 +36,7 @@ def canonical_key(network: Network, values: bool = False) -> str:
         return _element_key(network, values)
     if isinstance(network, Graph):
         return _graph_key(network, values)
-    keys = sorted(canonical_key(child, values) for child in network.children)  # type: ignore[attr-defined]
+    keys = sorted(canonical_key(child, values) for child in network.children)
     sign = "+" if isinstance(network, Series) else "|"
     return sign.join(f"({key})" if any(mark in _outside(key) for mark in "+|") else key for key in keys)
 

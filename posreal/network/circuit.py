@@ -6,10 +6,8 @@ Node 1 is the first terminal (the body's side), node 0 the second: held in nodal
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
-from posreal.network.graph import Graph, Lever
-from posreal.network.tree import Element, Network, Series
+from posreal.network.tree import Element, Network
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Bar:
     pivot: int
     far: int
     name: str
-    lever: Lever
+    lever: Element
 
 
 @dataclass(frozen=True)
@@ -54,21 +52,11 @@ def circuit(network: Network) -> Circuit:
         if isinstance(part, Element):
             edges.append(Edge(start, end, names[first], part))
             first += 1
-        elif isinstance(part, Graph):
+        else:
             inner = [end, start, *range(size, size + part.size - 2)]
             size += part.size - 2
             waiting.extend((child, inner[u], inner[v]) for u, v, child in reversed(part.branches))
             first_lever = first + sum(len(child) for child in part.children)
             for offset, (a, m, b, lever) in enumerate(part.levers):
                 bars.append(Bar(inner[a], inner[m], inner[b], names[first_lever + offset], lever))
-        else:
-            children = part.children  # type: ignore[attr-defined]
-            nodes = [start] * len(children) + [end]
-            if isinstance(part, Series):
-                nodes[1:-1] = range(size, size + len(children) - 1)
-                size += len(children) - 1
-                spans = list(pairwise(nodes))
-            else:
-                spans = [(start, end)] * len(children)
-            waiting.extend((child, *span) for child, span in reversed(list(zip(children, spans, strict=True))))
     return Circuit(size, tuple(edges), tuple(bars))

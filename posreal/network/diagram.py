@@ -99,7 +99,7 @@ class _Part:
 def _part(network: Network, names: Iterator[str]) -> _Part:
     if isinstance(network, Element):
         return _Part("tag", text=f"[ {next(names)} ]")
-    children = [_part(child, names) for child in network.children]  # type: ignore[attr-defined]
+    children = [_part(child, names) for child in network.children]
     if isinstance(network, Graph):
         return _Part("graph", children, graph=network, levers=[f"[ {next(names)} ]" for _ in network.levers])
     return _Part("series" if isinstance(network, Series) else "parallel", children)

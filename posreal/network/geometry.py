@@ -68,7 +68,7 @@ def _size(network: Network) -> rails.Size:
     if isinstance(network, Graph):
         plan = _plan(network)
         return sum(plan.gaps), plan.rows
-    sizes = [_size(child) for child in network.children]  # type: ignore[attr-defined]
+    sizes = [_size(child) for child in network.children]
     if isinstance(network, Series):
         return sum(width for width, _ in sizes) + MARGIN * (len(sizes) - 1), max(rows for _, rows in sizes)
     return max(width for width, _ in sizes) + 2 * MARGIN, sum(rows for _, rows in sizes)
@@ -105,7 +105,7 @@ def _place(network: Network, names: Iterator[str], picture: Geometry, x: float, 
 def _place_parallel(
     network: Network, names: Iterator[str], picture: Geometry, x: float, y: float, width: float
 ) -> None:
-    children = network.children  # type: ignore[attr-defined]
+    children = network.children
     row = y
     for i, child in enumerate(children):
         _place(child, names, picture, x + MARGIN, row, width - 2 * MARGIN)

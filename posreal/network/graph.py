@@ -23,11 +23,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice
-from posreal.network.response import Array
+from posreal.network.nodal import nodal_admittance
+from posreal.network.response import NodalStep
 from posreal.network.tree import DEEPEST, Element, Network, refuse_twins
 
 
@@ -111,12 +110,12 @@ class Graph(Network):
             raise BadDevice(f"Node {loose[0]} is on no way from terminal 1 to terminal 0; join it up or leave it out.")
 
     @property
-    def children(self) -> tuple[Network, ...]:
+    def children(self) -> tuple[Network, ...]:  # type: ignore[override]
         """The networks on the branches."""
         return tuple(part for _, _, part in self.branches)
 
     @cached_property
-    def size(self) -> int:
+    def size(self) -> int:  # type: ignore[override]
         """The number of nodes."""
         ends = [node for u, v, _ in self.branches for node in (u, v)]
         return 1 + max([1, *ends, *(node for *triple, _ in self.levers for node in triple)])
@@ -134,8 +133,6 @@ class Graph(Network):
         return 1 + max((part.depth for part in self.children), default=0)
 
     def admittance(self) -> Rational:
-        from posreal.network.nodal import nodal_admittance
-
         return nodal_admittance(self)
 
     def _rebuilt(self, elements: Iterable[Element]) -> Graph:
@@ -146,6 +143,15 @@ class Graph(Network):
     def _form(self) -> tuple[Any, ...]:
         branches = ((u, v, part._form()) for u, v, part in self.branches)
         return ("graph", *branches, *((a, m, b, lever.value) for a, m, b, lever in self.levers))
+
+    def _written(self, names: Iterator[str]) -> str:
+        parts = [f"{u}-{v}: {part._written(names)}" for u, v, part in self.branches]
+        parts += [f"{a}-{m}-{b}: {lever._text(next(names))}" for a, m, b, lever in self.levers]
+        return "{" + ", ".join(parts) + "}"
+
+    def _step(self, slot: int, children: slice, first_lever: int) -> NodalStep:
+        ends = [(u, v) for u, v, _ in self.branches]
+        return NodalStep(slot, children, self.size, ends, [(a, m, b) for a, m, b, _ in self.levers], first_lever)
 
 
 def bridge(first: Network, second: Network, cross: Network, third: Network, fourth: Network) -> Graph:
@@ -158,65 +164,3 @@ def bridge(first: Network, second: Network, cross: Network, third: Network, four
            └─ second ─┴─ fourth ─┘
     """
     return Graph(((1, 2, first), (1, 3, second), (2, 3, cross), (2, 0, third), (3, 0, fourth)))
-
-
-class NodalStep:
-    """A graph among the steps of a `Response`: one small linear system per frequency, solved in one call."""
-
-    def __init__(self, slot: int, children: slice, graph: Graph, first_lever: int) -> None:
-        self.slot, self.children = slot, children
-        size, bars = graph.size - 1, len(graph.levers)  # node 0 is held and left out
-        self._incidence = np.zeros((len(graph.branches), size))
-        for row, (u, v, _) in enumerate(graph.branches):
-            for node, sign in ((u, 1), (v, -1)):
-                if node:
-                    self._incidence[row, node - 1] = sign
-        self._triples = [(a, m, b) for a, m, b, _ in graph.levers]
-        self._levers = slice(first_lever, first_lever + bars)
-        self._size, self._bars = size, bars
-
-    def up(self, y: Array, levers: Array) -> None:
-        y[self.slot] = 1 / self._solution(y, levers)[:, 0]
-
-    def down(self, y: Array, a: Array, levers: Array, d_levers: Array) -> None:
-        x, forces = self.motion(y, levers)
-        drop = x[:, 1:] @ self._incidence.T
-        a[self.children] = a[self.slot] * drop.T**2
-        for j, (near, pivot, _) in enumerate(self._triples):
-            d_levers[self._levers.start + j] = a[self.slot] * 2 * forces[:, j] * (x[:, pivot] - x[:, near])
-
-    def motion(self, y: Array, levers: Array) -> tuple[Array, Array]:
-        """The nodes' velocities and the levers' forces per unit of velocity at terminal 1, a row for each frequency."""
-        solution = self._solution(y, levers)
-        x = np.zeros((len(solution), self._size + 1), dtype=complex)
-        x[:, 1:] = solution[:, : self._size] / solution[:, :1]
-        return x, solution[:, self._size :] / solution[:, :1]
-
-    def _solution(self, y: Array, levers: Array) -> Array:
-        n, total = self._size, self._size + self._bars
-        matrix = np.zeros((y.shape[1], total, total), dtype=complex)
-        matrix[:, :n, :n] = np.einsum("ei,ef,ej->fij", self._incidence, y[self.children], self._incidence)
-        scale = np.abs(matrix[:, :n, :n]).max(axis=(1, 2))
-        for j, ((near, pivot, far), ratio) in enumerate(zip(self._triples, levers[self._levers], strict=True)):
-            for node, weight in ((far, 1.0), (pivot, ratio - 1), (near, -ratio)):
-                if node:
-                    matrix[:, n + j, node - 1] = matrix[:, node - 1, n + j] = weight * scale
-        rhs = np.zeros((y.shape[1], total, 1), dtype=complex)
-        rhs[:, 0, 0] = 1
-        solution = _solve(matrix, rhs)
-        solution[:, n:] *= scale[:, None]
-        return solution
-
-
-def _solve(matrix: Array, rhs: Array) -> Array:
-    """The solution, with nan where a matrix is singular or not finite: a pole of the whole or of a branch."""
-    try:
-        return np.linalg.solve(matrix, rhs)[..., 0]
-    except np.linalg.LinAlgError:
-        rows = []
-        for one, right in zip(matrix, rhs, strict=True):
-            try:
-                rows.append(np.linalg.solve(one, right)[:, 0])
-            except np.linalg.LinAlgError:
-                rows.append(np.full(len(one), np.nan, dtype=complex))
-        return np.array(rows)

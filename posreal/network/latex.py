@@ -87,7 +87,7 @@ def _admittance(network: Network, names: Iterator[str]) -> str:
     if isinstance(network, Graph):
         inside = [symbol(next(names)) for _ in network.elements()]
         return rf"Y_{{\mathrm{{graph}}}}({', '.join(inside)})"
-    parts = [_admittance(child, names) for child in network.children]  # type: ignore[attr-defined]
+    parts = [_admittance(child, names) for child in network.children]
     if isinstance(network, Series):
         return r"\cfrac{1}{" + " + ".join(rf"\cfrac{{1}}{{{part}}}" for part in parts) + "}"
     return " + ".join(parts)

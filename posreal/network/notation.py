@@ -15,10 +15,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, NoReturn
 
-from posreal.errors import BadDevice, BadInput
+from posreal.errors import BadDevice
 from posreal.network.graph import Graph, Lever
 from posreal.network.tree import (
     DEEPEST,
@@ -26,14 +25,11 @@ from posreal.network.tree import (
     Element,
     Inerter,
     Network,
-    Parallel,
-    Series,
     Spring,
     parallel,
+    read_quantity,
     series,
 )
-from posreal.network.value import write_value
-from posreal.units import exact_quantity
 
 LONGEST = 100_000  # characters
 MOST = 2_000  # elements
@@ -67,41 +63,6 @@ def parse(text: str) -> Network:
     if len(text) > LONGEST:
         raise BadDevice(f"This text has {len(text)} characters; a network is read up to {LONGEST}.")
     return _Reader(text).whole()
-
-
-def write(network: Network) -> str:
-    """The text of a network, with every element named and every digit of its value."""
-    names = iter(network.names)
-    return _written(network, names)
-
-
-def read_quantity(text: str, kind: type[Element]) -> Fraction:
-    """The value in N/m, N s/m or kg of text such as ``"245 kN/m"`` for an element of this kind."""
-    try:
-        return exact_quantity(text, kind.unit)
-    except BadDevice:
-        raise
-    except BadInput as error:
-        raise BadDevice(str(error)) from None
-
-
-def _written(network: Network, names: object) -> str:
-    if isinstance(network, Element):
-        return _leaf(network, names)
-    if isinstance(network, Graph):
-        parts = [f"{u}-{v}: {_written(part, names)}" for u, v, part in network.branches]
-        parts += [f"{a}-{m}-{b}: {_leaf(lever, names)}" for a, m, b, lever in network.levers]
-        return "{" + ", ".join(parts) + "}"
-    texts = []
-    for child in network.children:  # type: ignore[attr-defined]
-        text = _written(child, names)
-        texts.append(f"({text})" if isinstance(child, Parallel) else text)
-    return (" + " if isinstance(network, Series) else " | ").join(texts)
-
-
-def _leaf(element: Element, names: object) -> str:
-    name = next(names)  # type: ignore[call-overload]
-    return name if element.value is None else f"{name}={write_value(element.value)}"
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """How a network shows itself in a notebook: its picture and the table of its elements.
 
-`Network` calls these from its display hooks, so that drawing stays outside the mathematics.
+The room hangs these on `Network` as its display hooks, so that drawing stays outside the mathematics.
 """
 
 from __future__ import annotations

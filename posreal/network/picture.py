@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from posreal.errors import BadInput, listed
+from posreal.files import write_whole
 from posreal.network.geometry import LENGTH, Beam, Geometry, Placed, geometry
 from posreal.network.tree import Network
 from posreal.units import engineering
@@ -54,8 +55,7 @@ def picture(
 
 def save_picture(network: Network, path: str | Path, **options: Any) -> None:
     """Write `picture` to a file; the format is the file's ending, .png or .svg."""
-    file = Path(path)
-    file.write_bytes(picture(network, format=file.suffix.lower().lstrip("."), **options))
+    write_whole(path, picture(network, format=Path(path).suffix.lower().lstrip("."), **options))
 
 
 def _drawn(plan: Geometry, terminals: tuple[str, str], values: bool, digits: int) -> Any:

@@ -35,7 +35,7 @@ import numpy as np
 
 from posreal.errors import BadInput
 from posreal.network.circuit import Circuit, circuit
-from posreal.network.graph import Graph, NodalStep
+from posreal.network.graph import Graph
 from posreal.network.response import Array
 from posreal.network.tree import Element, Network, Parallel, Series
 
@@ -128,13 +128,13 @@ def _lost(flat: Circuit, s: Array) -> float:
     """The part of Y that rounding costs where admittances are added up at the nodes; see the module."""
     graph = Graph(
         tuple((edge.start, edge.end, edge.element) for edge in flat.edges),  # type: ignore[misc]
-        tuple((bar.near, bar.pivot, bar.far, bar.lever) for bar in flat.bars),
+        tuple((bar.near, bar.pivot, bar.far, bar.lever) for bar in flat.bars),  # type: ignore[misc]
     )
     elements = [edge.element for edge in flat.edges]
     y = np.array([float(part.exact) * s ** ("kcb".index(part.letter) - 1) for part in elements])
     ratios = np.array([float(bar.lever.exact) for bar in flat.bars])
     with np.errstate(all="ignore"):
-        velocity, _ = NodalStep(0, slice(0, len(y)), graph, 0).motion(y, ratios)
+        velocity, _ = graph._step(0, slice(0, len(y)), 0).motion(y, ratios)
         starts, ends, _ = zip(*graph.branches, strict=True)
         u, v = velocity[:, starts].T, velocity[:, ends].T
         sums = np.sum(np.abs(y) * (np.abs(u) ** 2 + np.abs(v) ** 2), axis=0)

@@ -14,22 +14,22 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from flint import fmpq
 from numpy.typing import ArrayLike, NDArray
 
 from posreal.admittance.rational import Rational
-from posreal.errors import BadDevice, listed
-from posreal.network.value import Value, read_value
-
-if TYPE_CHECKING:
-    from posreal.network.response import Response
+from posreal.errors import BadDevice, BadInput, listed
+from posreal.network.response import ParallelStep, Response, SeriesStep, Step, compiled
+from posreal.network.value import Value, read_value, write_value
+from posreal.units import exact_quantity
 
 DEEPEST = 200  # levels of series in parallel in series …, so that recursion cannot run out of stack
 
@@ -76,6 +76,9 @@ class Element(ABC):
         if number <= 0:
             raise BadDevice(f"{self._title} is {float(number):g} {self.unit}; give a value above zero.")
 
+    def _text(self, name: str) -> str:
+        return name if self.value is None else f"{name}={write_value(self.value)}"
+
     def altered(self, value: Any, name: str | None) -> Self:
         """An element of the same kind with another value and name."""
         return type(self)(value, name)  # type: ignore[call-arg]
@@ -96,7 +99,27 @@ class Network(ABC):
     """A two-terminal network; base of `Spring`, `Damper`, `Inerter`, `Series`, `Parallel` and `Graph`.
 
     Networks never change. Two are equal when they have the same form, the same values and the same names.
+
+    Attributes
+    ----------
+    children : tuple of Network
+        What it joins; empty for an element.
+    branches : tuple of (node, node, Network)
+        The children between numbered nodes: terminals 1 and 0, inner nodes 2, 3, …
+    levers : tuple of (near, pivot, far, Lever)
+    size : int
+        The number of nodes.
     """
+
+    children: tuple[Network, ...]
+    branches: tuple[tuple[int, int, Network], ...]
+    levers: tuple[tuple[int, int, int, Any], ...] = ()
+    size: int
+
+    # What draws stands outside the mathematics: the room hangs these on.
+    _repr_html_: ClassVar[Callable[[Any], str]]
+    _repr_svg_: ClassVar[Callable[[Any], str]]
+    _repr_latex_: ClassVar[Callable[[Any], str]]
 
     # -- what it is made of ---------------------------------------------------------------------
 
@@ -121,6 +144,14 @@ class Network(ABC):
     @abstractmethod
     def _form(self) -> tuple[Any, ...]:
         """What equality compares, names apart."""
+
+    @abstractmethod
+    def _written(self, names: Iterator[str]) -> str:
+        """Its text in the notation (see `posreal.network.notation`), its elements called by the next names."""
+
+    @abstractmethod
+    def _step(self, slot: int, children: slice, first_lever: int) -> Step | None:
+        """What it does to its children's admittances in a `Response`; None for an element."""
 
     @property
     @abstractmethod
@@ -188,8 +219,6 @@ class Network(ABC):
     @cached_property
     def response(self) -> Response:
         """The compiled form of this topology, for loops that evaluate it at many values."""
-        from posreal.network.response import compiled
-
         return compiled(self)
 
     def evaluate(self, values: ArrayLike, s: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -244,31 +273,16 @@ class Network(ABC):
         return hash((self._form(), self.names))
 
     def __str__(self) -> str:
-        from posreal.network.notation import write
-
-        return write(self)
+        return self._written(iter(self.names))
 
     def __repr__(self) -> str:
         return f"parse({str(self)!r})"
 
-    def _repr_html_(self) -> str:
-        from posreal.network import notebook
-
-        return notebook.html(self)
-
-    def _repr_svg_(self) -> str:
-        from posreal.network import notebook
-
-        return notebook.svg(self)
-
-    def _repr_latex_(self) -> str:
-        from posreal.network import notebook
-
-        return notebook.latex(self)
-
 
 class _Leaf(Element, Network):
     """An element standing between two terminals."""
+
+    children, branches, size = (), (), 2
 
     def __post_init__(self) -> None:
         self._check()
@@ -281,6 +295,12 @@ class _Leaf(Element, Network):
 
     def _form(self) -> tuple[Any, ...]:
         return (self.letter, self.value)
+
+    def _written(self, names: Iterator[str]) -> str:
+        return self._text(next(names))
+
+    def _step(self, slot: int, children: slice, first_lever: int) -> None:
+        return None
 
     @property
     def depth(self) -> int:
@@ -365,11 +385,27 @@ class _Joined(Network):
     def _form(self) -> tuple[Any, ...]:
         return (self.sign, *(child._form() for child in self.children))
 
+    def _written(self, names: Iterator[str]) -> str:
+        texts = [(child, child._written(names)) for child in self.children]
+        return f" {self.sign} ".join(f"({text})" if isinstance(child, Parallel) else text for child, text in texts)
+
 
 class Series(_Joined):
     """Networks end to end: one force goes through all, velocities add."""
 
     sign = "+"
+
+    @property
+    def branches(self) -> tuple[tuple[int, int, Network], ...]:  # type: ignore[override]
+        nodes = (1, *range(2, self.size), 0)
+        return tuple((*ends, child) for ends, child in zip(pairwise(nodes), self.children, strict=True))
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        return len(self.children) + 1
+
+    def _step(self, slot: int, children: slice, first_lever: int) -> Step:
+        return SeriesStep(slot, children)
 
     def admittance(self) -> Rational:
         impedance = _sum(child.admittance().inverse() for child in self.children)
@@ -379,7 +415,14 @@ class Series(_Joined):
 class Parallel(_Joined):
     """Networks side by side: one velocity, forces add."""
 
-    sign = "|"
+    sign, size = "|", 2
+
+    @property
+    def branches(self) -> tuple[tuple[int, int, Network], ...]:  # type: ignore[override]
+        return tuple((1, 0, child) for child in self.children)
+
+    def _step(self, slot: int, children: slice, first_lever: int) -> Step:
+        return ParallelStep(slot, children)
 
     def admittance(self) -> Rational:
         return _sum(child.admittance() for child in self.children)
@@ -435,10 +478,18 @@ def _titled(network: Network) -> tuple[Element, ...]:
     return tuple(element.altered(element.value, name) for name, element in pairs)
 
 
+def read_quantity(text: str, kind: type[Element]) -> Fraction:
+    """The value in N/m, N s/m or kg of text such as ``"245 kN/m"`` for an element of this kind."""
+    try:
+        return exact_quantity(text, kind.unit)
+    except BadDevice:
+        raise
+    except BadInput as error:
+        raise BadDevice(str(error)) from None
+
+
 def _valued(element: Element, name: str, value: Any) -> Element:
     if isinstance(value, str):
-        from posreal.network.notation import read_quantity
-
         value = read_quantity(value, type(element))
     return element.altered(element.altered(value, name).value, element.name)
 

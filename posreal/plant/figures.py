@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -35,18 +35,18 @@ _MOST_POINTS = 400_000  # of a placed grid, some seconds
 
 
 @dataclass(frozen=True)
-class Measured:
+class Settled:
     """A figure in SI units, and how far apart the two methods are that agree on it, relative to it."""
 
     value: float
     apart: float = 0.0
 
-    def __mul__(self, factor: float) -> Measured:
+    def __mul__(self, factor: float) -> Settled:
         """In another unit."""
-        return Measured(self.value * factor, self.apart)
+        return Settled(self.value * factor, self.apart)
 
 
-def settled(name: str, ways: Sequence[Callable[[], float]]) -> Measured:
+def settled(name: str, ways: Sequence[Callable[[], float]]) -> Settled:
     """The figure on which two of the `ways` agree; later ways are only gone where the earlier ones disagree.
 
     The last way that agrees is the one whose value is taken: the ways are in the order of their cost and accuracy.
@@ -67,10 +67,16 @@ def settled(name: str, ways: Sequence[Callable[[], float]]) -> Measured:
         for other in found:
             apart = abs(value - other) / max(abs(value), 1e-300) if value != other else 0.0
             if apart <= AGREED:
-                return Measured(value, apart)
+                return Settled(value, apart)
         found.append(value)
     values = " and ".join(f"{value:.6g}" for value in found[-2:]) or "nothing"
     raise Unsettled(f"{name} cannot be told: independent methods give {values}; the device is too near to undamped")
+
+
+@lru_cache(maxsize=64)
+def _matrices(device: Rational) -> StateSpace:
+    """The device at every speed and load case."""
+    return state_space(device)
 
 
 class ClosedPlant:
@@ -86,13 +92,21 @@ class ClosedPlant:
     def __init__(self, plant: Plant, devices: Mapping[str, Rational]) -> None:
         self.plant, self.devices = plant, dict(devices)
         self._transfers: dict[str, exact_loop.Transfer] = {}
-        self._bands: dict[float, dict[str, float]] = {}
+        self._by_modes: dict[float, dict[str, float]] = {}
+        self._by_port: dict[float, dict[str, float]] = {}
+
+    @property
+    def _inside(self) -> dict[str, StateSpace]:
+        return {name: _matrices(device) for name, device in self.devices.items()}
 
     @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop without the shaping filter."""
-        inside: dict[str, StateSpace] = {name: state_space(device) for name, device in self.devices.items()}
-        return close(self.plant, inside, shaped=False).balanced()
+        return close(self.plant, self._inside, shaped=False).balanced()
+
+    def shaped_loop(self) -> ClosedLoop:
+        """The closed loop driven by white noise, shaping filter included."""
+        return close(self.plant, self._inside)
 
     @cached_property
     def modes(self) -> Modes:
@@ -134,28 +148,29 @@ class ClosedPlant:
 
     # --- root mean squares --------------------------------------------------------------------------------------
 
-    def band_rms(self, outputs: Sequence[str], stop: float = quadrature.BAND) -> dict[str, Measured]:
-        """Root mean square of each of `outputs` from 0 to `stop`, rad/s."""
-        by_port = cache(lambda: self._on_placed_grid(tuple(outputs), stop))
-        return {
-            name: settled(
-                f"the r.m.s. of {name}",
-                (
-                    lambda name=name: math.sqrt(self._by_modes(stop)[name]),  # type: ignore[misc]
-                    lambda name=name: math.sqrt(by_port()[name]),  # type: ignore[misc]
-                    lambda name=name: math.sqrt(self._exactly_on_placed_grid(name, stop)),  # type: ignore[misc]
-                    lambda name=name: math.sqrt(self.transfer(name).band_mean_square(0.0, stop)),  # type: ignore[misc]
-                ),
-            )
-            for name in outputs
-        }
+    def band_rms(self, output: str, stop: float = quadrature.BAND) -> Settled:
+        """Root mean square from 0 to `stop`, rad/s."""
+        return settled(
+            f"the r.m.s. of {output}",
+            (
+                lambda: math.sqrt(self.band_mean_square_by_modes(output, stop)),
+                lambda: math.sqrt(self._on_placed_grid(output, stop)),
+                lambda: math.sqrt(self._exactly_on_placed_grid(output, stop)),
+                lambda: math.sqrt(self.transfer(output).band_mean_square(0.0, stop)),
+            ),
+        )
 
-    def _by_modes(self, stop: float) -> dict[str, float]:
-        """Mean squares of every output in closed form."""
-        if stop not in self._bands:
+    def band_mean_square_by_modes(self, output: str, stop: float) -> float:
+        """Mean square from 0 to `stop` (rad/s) in closed form, unconfirmed."""
+        if stop not in self._by_modes:
             squares = self.modes.mean_squares(0.0, stop).tolist()
-            self._bands[stop] = dict(zip(self.modes.outputs, squares, strict=True))
-        return self._bands[stop]
+            self._by_modes[stop] = dict(zip(self.modes.outputs, squares, strict=True))
+        return self._by_modes[stop][output]
+
+    def rms_on(self, rule: quadrature.Quadrature, output: str) -> float:
+        """Root mean square by the port map on a rule that many devices share, unconfirmed."""
+        z, _ = self.plant.kept_responses(rule, output).closed(self._admittances(rule.omega))
+        return math.sqrt(self._mean_squares(z, rule, 1)[0])
 
     def _placed(self, poles: Complex, stop: float) -> quadrature.Quadrature:
         delay = float(self.plant.delays.max(initial=0.0))
@@ -163,13 +178,19 @@ class ClosedPlant:
             raise Unsettled(f"a delay of {delay:g} s ripples too often up to {stop:g} rad/s to be followed")
         return quadrature.placed(poles, delay, 0.0, stop)
 
-    def _on_placed_grid(self, outputs: tuple[str, ...], stop: float) -> dict[str, float]:
-        """Mean squares by the port map."""
-        rule = self._placed(self.poles, stop)
-        port = self.plant.responses(rule.omega, *outputs)
-        z, _ = port.closed(self._admittances(rule.omega))
-        squares = (np.abs(z) ** 2).reshape(len(outputs), len(self.plant.shares), -1) @ rule.weight
-        return dict(zip(outputs, (self.plant.density * squares @ np.array(self.plant.shares)).tolist(), strict=True))
+    def _on_placed_grid(self, output: str, stop: float) -> float:
+        """Mean square by the port map; all outputs at once, since the grid's responses are the work."""
+        if stop not in self._by_port:
+            rule, outputs = self._placed(self.poles, stop), self.plant.outputs
+            z, _ = self.plant.responses(rule.omega, *outputs).closed(self._admittances(rule.omega))
+            self._by_port[stop] = dict(zip(outputs, self._mean_squares(z, rule, len(outputs)), strict=True))
+        return self._by_port[stop][output]
+
+    def _mean_squares(self, z: Complex, rule: quadrature.Quadrature, outputs: int) -> list[float]:
+        """Of responses that have all of the grid for each output and process in turn."""
+        squares = (np.abs(z) ** 2).reshape(outputs, len(self.plant.shares), -1) @ rule.weight
+        found: list[float] = (self.plant.density * squares @ np.array(self.plant.shares)).tolist()
+        return found
 
     def _exactly_on_placed_grid(self, output: str, stop: float) -> float:
         transfer = self.transfer(output)
@@ -177,15 +198,14 @@ class ClosedPlant:
         rule = self._placed(poles, stop)
         return transfer.weighted_sum(rule.omega, rule.weight)
 
-    def rms(self, output: str) -> Measured:
+    def rms(self, output: str) -> Settled:
         """Root mean square over all frequencies; infinite where white noise passes straight through."""
         transfer = self.transfer(output)
         if not transfer.strictly_proper:
-            return Measured(math.inf)
+            return Settled(math.inf)
 
         def by_covariance() -> float:
-            loop = close(self.plant, {name: state_space(device) for name, device in self.devices.items()})
-            return math.sqrt(h2_norm.mean_square(loop, output))
+            return math.sqrt(h2_norm.mean_square(self.shaped_loop(), output))
 
         return settled(
             f"the r.m.s. of {output}",
@@ -201,25 +221,29 @@ class ClosedPlant:
         top = 2 * float(np.abs(self.poles).max(initial=1.0))
         rule = quadrature.beyond(self.poles, top)
         z, _ = self.plant.responses(rule.omega, output).closed(self._admittances(rule.omega))
-        squares = (np.abs(z) ** 2).reshape(len(self.plant.shares), -1) @ rule.weight
-        above = self.plant.density * float(squares @ np.array(self.plant.shares))
-        return math.sqrt(self._on_placed_grid((output,), top)[output] + above)
+        return math.sqrt(self._on_placed_grid(output, top) + self._mean_squares(z, rule, 1)[0])
 
-    def summed_rms(self, output: str, rule: quadrature.Quadrature, by_port: Callable[[], float]) -> Measured:
-        """√(Σ |z|² S Δω) over an even grid; `by_port` computes it from the port map."""
+    def summed_rms(self, output: str, rule: quadrature.Quadrature) -> Settled:
+        """√(Σ |z|² S Δω) over an even grid."""
         step = float(rule.weight[0])
         return settled(
             f"the sum for {output}",
             (
-                by_port,
+                lambda: self.rms_on(rule, output),
                 lambda: math.sqrt(self.modes.summed(rule.omega, step, output)),
                 lambda: math.sqrt(self.transfer(output).weighted_sum(rule.omega, rule.weight)),
             ),
         )
 
+    def density(self, output: str, omega: Real) -> Real:
+        """Single-sided spectral density of an output at each `omega` (rad/s), per rad/s."""
+        z, _ = self.plant.responses(omega, output).closed(self._admittances(omega))
+        squares = (np.abs(z) ** 2).reshape(len(self.plant.shares), -1)
+        return np.asarray(self.plant.density * np.array(self.plant.shares) @ squares)
+
     # --- gains and peaks -----------------------------------------------------------------------------------------
 
-    def largest_gain(self, output: str) -> tuple[Measured, float]:
+    def largest_gain(self, output: str) -> tuple[Settled, float]:
         """The largest gain over all frequencies (of several processes, singular value) and its frequency, rad/s."""
         top = 10 * float(np.abs(self.poles).max(initial=1.0))
         grid = np.concatenate([self._placed(self.poles, top).omega, hinf_norm.grid(self.plant)])
@@ -236,7 +260,7 @@ class ClosedPlant:
     def _admittances(self, omega: Real) -> dict[str, Complex]:
         return {name: np.asarray(device(1j * omega)) for name, device in self.devices.items()}
 
-    def peak(self, output: str, corners: Corners) -> tuple[Measured, float]:
+    def peak(self, output: str, corners: Corners) -> tuple[Settled, float]:
         """The largest |z(t)| after an input made of ramps, and its instant in s (infinite: the limit)."""
         value, instant = time_response.peak(self.modes, output, corners)
         if math.isinf(instant):

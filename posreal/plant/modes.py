@@ -113,6 +113,12 @@ def modes(loop: ClosedLoop, shaping: ShapingFilter | None = None) -> Modes:
     )
 
 
+def shortest_decay(poles: Complex, stop: float) -> float:
+    """The least distance from the axis of the oscillating modes up to `stop`, rad/s."""
+    inside = poles[(poles.imag > 0) & (poles.imag < stop)]
+    return float(np.abs(inside.real).min(initial=math.inf))
+
+
 def _cosine(late: float, start: float, stop: float) -> float:
     """∫ cos ωΔ dω."""
     return stop - start if late == 0 else (math.sin(stop * late) - math.sin(start * late)) / late

@@ -16,13 +16,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
 from posreal.admittance.state_space import StateSpace
+
+if TYPE_CHECKING:
+    from posreal.plant.quadrature import Quadrature
 
 Real = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -84,10 +87,17 @@ class Plant:
     density: float = 1.0
     processes: tuple[int, ...] = ()
     shares: tuple[float, ...] = (1.0,)
+    _kept: dict[Any, PortResponses] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def output(self, name: str) -> int:
         """Index of output `name` in z."""
         return self.outputs.index(name)
+
+    def kept_responses(self, rule: Quadrature, output: str) -> PortResponses:
+        """Responses on a rule's grid, computed once: for rules that every device is measured on."""
+        if (rule, output) not in self._kept:
+            self._kept[rule, output] = self.responses(rule.omega, output)
+        return self._kept[rule, output]
 
     def responses(self, omega: Real, *outputs: str) -> PortResponses:
         """Responses of outputs and of all ports on the grid `omega` (rad/s), delays and shaping exact.

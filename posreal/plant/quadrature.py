@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _CLEAR = 1.6  # half-widths from a panel's middle to the next pole
 _PHASE = 8.0  # rad, of the delays' ripple over half a panel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quadrature:
     """Nodes `omega` (N,) in rad/s and `weight` (N,): ∫ f dω ≈ Σ weight f(omega)."""
 
@@ -33,6 +34,7 @@ class Quadrature:
         return math.sqrt(density * float(self.weight @ np.abs(z) ** 2))
 
 
+@lru_cache(maxsize=256)
 def gauss(longest_delay: float, *, start: float = 0.0, stop: float = BAND, per_decade: int = 12) -> Quadrature:
     """Gauss–Legendre panels for an integrand with delays up to `longest_delay` (s) on [start, stop] rad/s.
 
@@ -58,6 +60,7 @@ def gauss(longest_delay: float, *, start: float = 0.0, stop: float = BAND, per_d
     return Quadrature((middle[:, None] + half[:, None] * _NODES).ravel(), (half[:, None] * _WEIGHTS).ravel())
 
 
+@lru_cache(maxsize=1)
 def lateral_sum() -> Quadrature:
     """The sum of [Jiang2012] for J1y: Δω Σ over ω = 0.01, 0.02, … up to 40π rad/s."""
     step = 0.01

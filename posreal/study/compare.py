@@ -16,7 +16,7 @@ from posreal.errors import BadInput, Infeasible, listed
 from posreal.network import Network
 from posreal.network.diagram import diagram
 from posreal.study.strut import degree, realised, strut, terminals
-from posreal.study.text import percent, table
+from posreal.text_table import percent, table
 
 _HEADLINES = {
     "side-view": ("J1z_L", "J1z_M", "J1z_T"),

@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from posreal.errors import BadInput
+from posreal.study.drawing import save, sheet
 from posreal.study.strut import strut
 
 if TYPE_CHECKING:
@@ -27,14 +27,8 @@ def draw(comparison: Comparison, path: str | Path) -> Path:
     BadInput
         If the file cannot be written.
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     rows = comparison.rows
-    figure, axis = plt.subplots(figsize=(8.4, 1.5 + 0.4 * len(rows)), layout="constrained")
-    axis.grid(True, axis="x", color="0.92", linewidth=0.6)
+    figure, (axis,) = sheet(8.4, 1.5 + 0.4 * len(rows), grid="x")
     axis.set_axisbelow(True)
     values = [row.objective.value for row in rows]
     places = list(range(len(rows)))[::-1]
@@ -68,13 +62,7 @@ def draw(comparison: Comparison, path: str | Path) -> Path:
     axis.set_xlabel(f"{objective} [{rows[0].objective.unit}]")
     figure.suptitle(f"{comparison.problem.name}: {comparison.problem.summary}", fontsize=10)
     figure.legend(fontsize=8, loc="outside lower center", ncols=3, frameon=False)
-    try:
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise BadInput(f"cannot draw into {path}: {error}") from None
-    finally:
-        plt.close(figure)
-    return Path(path)
+    return save(figure, path)
 
 
 def _named(row: Any) -> str:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
-from posreal.errors import BadInput, listed
+from posreal.files import require_writable, write_whole
 from posreal.network import Network
 from posreal.network.diagram import diagram
 from posreal.network.latex import latex
@@ -24,22 +23,13 @@ _WRITERS: dict[str, Callable[[Network], bytes]] = {
 
 
 def checked(path: str | Path) -> Path:
-    """The path, once it is known that its ending is one we write and that its folder is there.
+    """The path, once it is known that its ending is one we write and that its folder takes files.
 
     Raises
     ------
     BadInput
     """
-    path = Path(path)
-    if path.suffix.lower() not in _WRITERS:
-        raise BadInput(f"cannot write {path}: its ending says the form, and there are {listed(_WRITERS)}")
-    if not path.parent.is_dir():
-        raise BadInput(f"cannot write {path}: there is no folder {path.parent}")
-    if path.is_dir():
-        raise BadInput(f"cannot write {path}: it is a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise BadInput(f"cannot write {path}: the folder {path.parent} does not allow it")
-    return path
+    return require_writable(path, _WRITERS)
 
 
 def export(network: Network, path: str | Path) -> None:
@@ -58,11 +48,4 @@ def export(network: Network, path: str | Path) -> None:
         For another ending, or if the file cannot be written.
     """
     path = checked(path)
-    content = _WRITERS[path.suffix.lower()](network)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(content)
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise BadInput(f"cannot write {path}: {error.strerror or error}") from None
+    write_whole(path, _WRITERS[path.suffix.lower()](network))

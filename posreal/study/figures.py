@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,23 +11,13 @@ import numpy as np
 
 from posreal.design import Design
 from posreal.errors import BadInput
+from posreal.files import require_folder
+from posreal.study.drawing import save, sheet
 from posreal.study.reproduce import Reproduction
-from posreal.vehicle import PlanView, SideView
+from posreal.vehicle import PlanView, SideView, measure
 from posreal.vehicle import metrics as figures_of
 
 _STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
-
-
-def _canvas(width: float, height: float, panels: int = 1) -> tuple[Any, Any]:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(1, panels, figsize=(width, height), layout="constrained", squeeze=False)
-    for axis in axes[0]:
-        axis.grid(True, color="0.9", linewidth=0.6)
-    return figure, axes[0]
 
 
 def _plan(design: Design) -> PlanView:
@@ -52,7 +40,7 @@ def _lateral_label(design: Design) -> str:
 
 def figure3(reproduction: Reproduction) -> Any:
     """(a) J1y and (b) least damping ratio against speed, for the schemes of Table 2."""
-    figure, (left, right) = _canvas(11, 4.2, 2)
+    figure, (left, right) = sheet(11, 4.2, 2)
     speeds = figures_of.SPEEDS
     for row, style in zip(reproduction.tables[2], _STYLES, strict=False):
         design, vehicle = row.optimum, _plan(row.optimum)
@@ -74,7 +62,7 @@ def figure3(reproduction: Reproduction) -> Any:
 
 def figure4(reproduction: Reproduction) -> Any:
     """Lateral displacement of the body on entering the curve, for the schemes of Table 3."""
-    figure, (axis,) = _canvas(7, 4.4)
+    figure, (axis,) = sheet(7, 4.4)
     time = np.linspace(0, 8, 1601)
     for row, style in zip(reproduction.tables[3], _STYLES, strict=False):
         design = row.optimum
@@ -102,7 +90,7 @@ def _densities(axis: Any, reproduction: Reproduction, position: str) -> None:
 
 def figure7(reproduction: Reproduction) -> Any:
     """Power spectral density of the body acceleration over the trailing bogie."""
-    figure, (axis,) = _canvas(7, 4.4)
+    figure, (axis,) = sheet(7, 4.4)
     _densities(axis, reproduction, "T")
     axis.set_title("vertical acceleration over the trailing bogie (T)")
     axis.legend(fontsize=8)
@@ -111,7 +99,7 @@ def figure7(reproduction: Reproduction) -> Any:
 
 def figure8(reproduction: Reproduction) -> Any:
     """Power spectral density of the body acceleration over the leading bogie and in the middle."""
-    figure, axes = _canvas(11, 4.2, 2)
+    figure, axes = sheet(11, 4.2, 2)
     for axis, position, title in zip(axes, "LM", ("over the leading bogie (L)", "in the middle (M)"), strict=True):
         _densities(axis, reproduction, position)
         axis.set_title(f"vertical acceleration {title}")
@@ -121,7 +109,7 @@ def figure8(reproduction: Reproduction) -> Any:
 
 def figure9(reproduction: Reproduction) -> Any:
     """J1z at L, M and T against the airspring's damping Crz, element values kept."""
-    figure, axes = _canvas(12, 4.2, 3)
+    figure, axes = sheet(12, 4.2, 3)
     nominal = _side(reproduction.tables[6][0].optimum).Crz
     dampings = np.linspace(0.25, 2.0, 29) * nominal
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
@@ -129,9 +117,9 @@ def figure9(reproduction: Reproduction) -> Any:
         for damping in dampings:
             changed = design.problem.with_vehicle({"Crz": float(damping)})
             port = changed.port(design.device, whole=design.whole)
-            assert isinstance(changed.vehicle, SideView)
+            found = measure(changed.vehicle, {"secondary": port})
             for position, values in ride.items():
-                values.append(figures_of.vertical_ride(changed.vehicle, port, position))
+                values.append(found[f"J1z_{position}"].value)
         for axis, values in zip(axes, ride.values(), strict=True):
             axis.plot(dampings / 1e3, values, linestyle=style, label=label)
     for axis, position in zip(axes, "LMT", strict=True):
@@ -143,7 +131,7 @@ def figure9(reproduction: Reproduction) -> Any:
 
 def figure10(reproduction: Reproduction) -> Any:
     """Deflection of the front and the rear secondary suspension when running onto a slope."""
-    figure, axes = _canvas(11, 4.2, 2)
+    figure, axes = sheet(11, 4.2, 2)
     time = np.linspace(0, 5, 1001)
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
         for axis, end in zip(axes, ("front", "rear"), strict=True):
@@ -176,10 +164,9 @@ def writable(folder: str | Path) -> Path:
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
     except OSError as error:
         raise BadInput(f"cannot write figures to {folder}: {error.strerror or error}") from None
+    require_folder(folder)
     return folder
 
 
@@ -190,21 +177,5 @@ def draw(reproduction: Reproduction, folder: str | Path) -> Sequence[Path]:
     -------
     paths of the files
     """
-    import matplotlib.pyplot as plt
-
     folder = writable(folder)
-    written = []
-    for name, make in FIGURES.items():
-        figure = make(reproduction)
-        path = folder / name
-        part = folder / f".{name}.part"
-        try:
-            figure.savefig(part, dpi=130, format="png")
-            os.replace(part, path)
-        except OSError as error:
-            part.unlink(missing_ok=True)
-            raise BadInput(f"cannot write {path}: {error.strerror or error}") from None
-        finally:
-            plt.close(figure)
-        written.append(path)
-    return written
+    return [save(make(reproduction), folder / name, dpi=130) for name, make in FIGURES.items()]

@@ -7,7 +7,6 @@ table for being small; a bound tells how much anything does.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +14,10 @@ from typing import Any
 
 from posreal.design import Design, layout, layouts, optimise, synthesise
 from posreal.design.search import FrontPoint, Search, unrestricted
-from posreal.errors import BadInput, listed
 from posreal.network.diagram import diagram
+from posreal.study.drawing import save, sheet
 from posreal.study.strut import mounted, terminals
-from posreal.study.text import percent, table
-
-_PICTURES = (".png", ".svg", ".pdf")
+from posreal.text_table import percent, table
 
 
 @dataclass(frozen=True)
@@ -137,13 +134,7 @@ class Pareto:
             If there is no network to draw.
         """
         self.search.require_any()
-        import matplotlib
-
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
-
-        figure, axis = plt.subplots(figsize=(8.4, 5.2), layout="constrained")
-        axis.grid(True, color="0.92", linewidth=0.6)
+        figure, (axis,) = sheet(8.4, 5.2)
         if self.search.metric is None:
             self._over_elements(axis)
         else:
@@ -151,13 +142,7 @@ class Pareto:
         problem = self.search.problem
         axis.set_ylabel(f"{problem.objective} [{self.search.best.objective.unit}]")
         axis.set_title(f"{problem.name}: {problem.summary}", fontsize=10)
-        try:
-            figure.savefig(path, dpi=150)
-        except (OSError, ValueError) as error:
-            raise BadInput(f"cannot draw into {path}: {error}") from None
-        finally:
-            plt.close(figure)
-        return Path(path)
+        return save(figure, path)
 
     def _over_elements(self, axis: Any) -> None:
         front = self.search.front
@@ -271,25 +256,6 @@ def pareto(
         warm = [design.device for design in made]
         made.append(synthesise(problem, order, seed=seed, warm=warm, progress=progress))
     return Pareto(search, tuple(optima), tuple(made), bound)
-
-
-def writable_picture(path: str | Path) -> None:
-    """Refuse, before any work, a file in which no picture can be drawn.
-
-    Raises
-    ------
-    BadInput
-    """
-    path = Path(path)
-    if path.suffix.lower() not in _PICTURES:
-        raise BadInput(f"{path} does not end in a picture's format; accepted are {listed(_PICTURES)}")
-    if path.is_dir():
-        raise BadInput(f"{path} is a folder; give a file")
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise BadInput(f"cannot write into {path.parent}: {error.strerror or error}") from None
 
 
 def _bought(design: Design) -> int:

@@ -12,9 +12,9 @@ from typing import Any
 from posreal.design import Design, Layout, layouts, optimise, problem
 from posreal.design.layout import Published
 from posreal.design.optimise import evaluate_layout
-from posreal.study.text import percent, table
+from posreal.metric import Measured
+from posreal.text_table import percent, table
 from posreal.units import engineering
-from posreal.vehicle import Metric
 
 TABLE5 = {"J1z_L": 1.66, "J1z_M": 1.05, "J1z_T": 2.22}
 """Airspring only, %g [Jiang2012, Table 5]."""
@@ -78,8 +78,8 @@ class Reproduction:
     """All tables; ``str()`` prints them."""
 
     tables: Mapping[int, tuple[Row, ...]]
-    airspring: Mapping[str, Metric]
-    lateral_default: Mapping[str, Metric]
+    airspring: Mapping[str, Measured]
+    lateral_default: Mapping[str, Measured]
 
     def __str__(self) -> str:
         parts = [

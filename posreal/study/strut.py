@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from posreal.design import Design, Problem
 from posreal.network import Network, Spring
-from posreal.realise import Realisation, realise
+from posreal.realisation import Realisation, realise
 from posreal.vehicle import SideView
 
 
@@ -19,7 +19,7 @@ def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisati
     design : Design
         With a device.
     method : str
-        A realisation method of :func:`posreal.realise.realise`.
+        A realisation method of :func:`posreal.realise`.
 
     Returns
     -------

@@ -18,10 +18,11 @@ import numpy as np
 from posreal.admittance import Rational
 from posreal.design import Design, Problem, metrics_to_dict
 from posreal.errors import BadInput, Infeasible
-from posreal.study.text import percent, table
-from posreal.vehicle import Metric, override
+from posreal.metric import Measured
+from posreal.text_table import percent, table
+from posreal.vehicle import override
 
-Metrics = Mapping[str, Metric]
+Metrics = Mapping[str, Measured]
 
 _RANGE = re.compile(r"\s*([A-Za-z]\w*)\s*=\s*([^:]+):([^:]+):(\d+)\s*")
 _MOST = 1000  # points

@@ -7,15 +7,15 @@ of the paper's sum). The simulation draws a random track and has a standard erro
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 from posreal.design import Design
 from posreal.errors import BadInput
-from posreal.plant import h2_norm, time_response
-from posreal.plant.plant import ClosedLoop
-from posreal.study.text import table
-from posreal.vehicle import PlanView, QuarterCar, SideView, UserPlant, metrics
+from posreal.metric import ClosedVehicle, LargestOverSpeeds
+from posreal.plant import time_response
+from posreal.text_table import table
 
 
 @dataclass(frozen=True)
@@ -56,37 +56,26 @@ def three_ways(design: Design, *, seed: int = 0, duration: float = 1200.0) -> Th
     The covariance is infinite where white noise reaches the acceleration directly (an inerter straight between
     wheel and body without a bush).
     """
-    port, vehicle = design.port, design.problem.vehicle
-    problem = design.problem
-    if isinstance(vehicle, UserPlant) or problem.goal is not None or problem.base_objective.startswith("gain_"):
-        raise BadInput(f"three ways are there for a ride figure of a vehicle, and {problem.base_objective} is none")
-    match vehicle:
-        case PlanView():
-            return _three("J1y", "m/s^2", metrics.lateral_loop(vehicle, port), "body_acceleration",
-                          metrics.lateral_rms(vehicle, port), 1.0, seed, duration)  # fmt: skip
-        case SideView():
-            position = problem.base_objective[-1]
-            return _three(f"J1z_{position}", "%g", metrics.vertical_loop(vehicle, port), f"acceleration_{position}",
-                          metrics.vertical_ride(vehicle, port, position), 100 / vehicle.g, seed, duration)  # fmt: skip
-        case QuarterCar():
-            name = problem.base_objective
-            output, unit = ("acceleration", "m/s^2") if name == "J1" else ("tyre_force", "N")
-            return _three(name, unit, metrics.quarter_car_loop(vehicle, port), output,
-                          metrics.quarter_car_by_frequency(vehicle, port, output), 1.0, seed, duration)  # fmt: skip
-    raise AssertionError(vehicle)
-
-
-def _three(
-    metric: str,
-    unit: str,
-    loop: ClosedLoop,
-    output: str,
-    by_frequency: float,
-    scale: float,
-    seed: int,
-    duration: float,
-) -> ThreeWays:
-    value, error = time_response.monte_carlo(loop, output, seed=seed, duration=duration)
-    band = "all frequencies" if metric in ("J1", "J3") else "to 20 Hz"
-    by_covariance = scale * h2_norm.rms(loop, output)
-    return ThreeWays(metric, unit, band, by_frequency, by_covariance, scale * value, scale * error)
+    vehicle, name = design.problem.vehicle, design.problem.base_objective
+    metric = vehicle.metrics.get(name)
+    if isinstance(metric, LargestOverSpeeds):  # at the vehicle's own speed instead
+        name, metric = next((one, inner) for one, inner in vehicle.metrics.items() if inner is metric.metric)
+    norm = None if metric is None else metric.norm()
+    if metric is None or norm is None or norm.kind != "H2":
+        raise BadInput(f"three ways are there for a ride figure of a vehicle, and {name} is none")
+    inside = ClosedVehicle(vehicle, {"secondary": design.port})
+    closed, factor = inside.on(norm.load), norm.factor(vehicle)
+    whole = math.isinf(norm.stop)
+    if whole and closed.plant.delays.any():
+        raise BadInput(f"three ways are there for a figure that ends at 20 Hz, and {name} does not")
+    by_frequency = factor * closed.rms_by_frequency(norm.output) if whole else metric.measure(inside).value
+    value, error = time_response.monte_carlo(closed.shaped_loop(), norm.output, seed=seed, duration=duration)
+    return ThreeWays(
+        name,
+        metric.unit,
+        "all frequencies" if whole else f"to {norm.stop / (2 * math.pi):g} Hz",
+        by_frequency,
+        factor * closed.rms(norm.output).value,
+        factor * value,
+        factor * error,
+    )

@@ -1,25 +1,26 @@
 """What a device rides in: vehicles cut open at a port, tracks, and the figures by which a suspension is judged."""
 
 from posreal.plant.plant import ClosedLoop, Plant, PortResponses, close
-from posreal.vehicle.metrics import Metric
 from posreal.vehicle.parameters import described, from_file, override, read_toml
 from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
 from posreal.vehicle.user_plant import UserPlant
+from posreal.vehicle.vehicle import Vehicle, measure
 
 __all__ = [
     "ClosedLoop",
-    "Metric",
     "PlanView",
     "Plant",
     "PortResponses",
     "QuarterCar",
     "SideView",
     "UserPlant",
+    "Vehicle",
     "close",
     "described",
     "from_file",
+    "measure",
     "override",
     "read_toml",
 ]

@@ -20,17 +20,36 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
 from posreal.errors import BadInput
+from posreal.metric import (
+    ClosedVehicle,
+    DampingRatio,
+    Inertance,
+    LargestOverSpeeds,
+    Metric,
+    PeakInTime,
+    StaticStiffness,
+    SummedRootMeanSquare,
+)
+from posreal.metric.damping_ratio import least_damping
 from posreal.plant.plant import Plant, Real, ShapingFilter
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
 
 _TABLE1 = "Jiang2012, Table 1"
+SPEEDS = tuple(float(speed) for speed in range(1, 56))
+"""1, 2, … 55 m/s: the speeds of [Jiang2012]."""
+CURVE = ((0.0, 1 / 3.0), (3.0, -1 / 3.0))
+"""Corners (instant in s, change of rate in 1/s) of the way from the straight into the full curve, 3 s long."""
+_J1Y = SummedRootMeanSquare("track", "body_acceleration", "m/s^2")
+_LDMP = DampingRatio("track", SPEEDS)
 
 
 @dataclass(frozen=True)
@@ -63,8 +82,27 @@ class PlanView:
     Al: float = parameter(1.886e-9, "m", "lateral track roughness", source=_TABLE1)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE1)
 
+    metrics: ClassVar[Mapping[str, Metric]] = {
+        "Macc": LargestOverSpeeds(_J1Y, SPEEDS),
+        "J1y": _J1Y,
+        "Ldmp": _LDMP,
+        "max_yv": PeakInTime("curve", "body_displacement", CURVE, "mm", 1e3),
+        "static_stiffness": StaticStiffness(),
+        "inertance": Inertance(),
+    }
+    headline: ClassVar[tuple[str, ...]] = ("Macc", "J1y", "Ldmp", "max_yv", "static_stiffness")
+
     def __post_init__(self) -> None:
         validated(self)
+
+    def plant(self, load: str) -> Plant:
+        """The vehicle on random ``track`` or entering a ``curve``."""
+        return _plant(self, load)
+
+    def require_stable(self, closed: ClosedVehicle) -> None:
+        """Stable at every speed of the list, and at its own."""
+        for speeds in (SPEEDS, (self.V,)):
+            least_damping(closed, "track", speeds).require_positive()
 
     def at(self, speed: float) -> PlanView:
         """The same vehicle at another speed, m/s."""
@@ -167,6 +205,11 @@ class PlanView:
             shaping=shaping,
             density=density,
         )
+
+
+@lru_cache(maxsize=256)
+def _plant(vehicle: PlanView, load: str) -> Plant:
+    return vehicle.random_track() if load == "track" else vehicle.curve_entry()
 
 
 def lateral_track_filter(s: np.ndarray) -> np.ndarray:

@@ -8,12 +8,17 @@ Ride figure J1 = 2π √(V κ) ‖z̈s/żr‖₂ and tyre load figure J3 = 2π �
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
+from posreal.errors import BadInput
+from posreal.metric import ClosedVehicle, Inertance, LargestGain, Metric, RootMeanSquare, StaticStiffness
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
@@ -34,8 +39,32 @@ class QuarterCar:
     kappa: float = parameter(5e-7, "m", "road roughness κ, m³/cycle over m²", source=_PS)
     V: float = parameter(25.0, "m/s", "speed", source=_PS)
 
+    metrics: ClassVar[Mapping[str, Metric]] = {
+        "J1": RootMeanSquare("road", "acceleration", "m/s^2"),
+        "J3": RootMeanSquare("road", "tyre_force", "N"),
+        "static_stiffness": StaticStiffness(),
+        "inertance": Inertance(),
+        "gain_acceleration": LargestGain("road", "acceleration"),
+        "gain_tyre_force": LargestGain("road", "tyre_force"),
+    }
+    headline: ClassVar[tuple[str, ...]] = ("J1", "J3", "static_stiffness")
+
     def __post_init__(self) -> None:
         validated(self)
+
+    def at(self, speed: float) -> QuarterCar:
+        """The same vehicle at another speed, m/s."""
+        if not (math.isfinite(speed) and speed > 0):
+            raise BadInput(f"speed is {speed:g} m/s; it must be finite and greater than 0")
+        return dataclasses.replace(self, V=float(speed))
+
+    def plant(self, load: str) -> Plant:
+        """The vehicle on its random ``road``."""
+        return _plant(self)
+
+    def require_stable(self, closed: ClosedVehicle) -> None:
+        """Every mode that an output sees decays."""
+        closed.on("road").require_stable()
 
     def second_order(self) -> SecondOrder:
         """q = (zs, zu); the port is (zs − zu)."""
@@ -68,3 +97,8 @@ class QuarterCar:
             groups=("secondary",),
             density=4 * math.pi * self.V * self.kappa,
         )
+
+
+@lru_cache(maxsize=256)
+def _plant(vehicle: QuarterCar) -> Plant:
+    return vehicle.road()

@@ -17,18 +17,62 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
 from posreal.admittance import Rational
 from posreal.errors import BadInput
+from posreal.metric import (
+    ClosedVehicle,
+    Inertance,
+    LargestGain,
+    Metric,
+    PeakInTime,
+    RootMeanSquare,
+    StaticStiffness,
+    WeightedSum,
+)
 from posreal.plant.plant import Plant
+from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
 
 _TABLE4 = "Jiang2012, Table 4"
+SLOPE = ((0.0, 0.4), (1.0, -0.4))
+"""Corners of the track velocity when running onto the slope: 0.4 m/s² for 1 s."""
+
+
+def per_cent_g(vehicle: SideView) -> float:
+    """%g in m/s²."""
+    return 100 / vehicle.g
+
+
+def millimetres(vehicle: SideView) -> float:
+    """mm in m."""
+    return 1e3
+
+
+def _ride(point: str, stop: float) -> RootMeanSquare:
+    return RootMeanSquare("track", f"acceleration_{point}", "%g", stop, per_cent_g)
+
+
+def _deflections(end: str) -> dict[str, Metric]:
+    """Of the secondary suspension: the peak on the slope, the r.m.s. on random track, and the two together.
+
+    [Jiang2012] gives an overall maximum without saying how slope and random track are put together; the peak plus three
+    times the r.m.s. reproduces its ranges.
+    """
+    peak = PeakInTime("slope", f"deflection_{end}", SLOPE, "mm", 1e3, "peak on the slope")
+    rms = RootMeanSquare("track", f"deflection_{end}", "mm", BAND, millimetres, "r.m.s. on random track")
+    return {
+        f"deflection_{end}": peak,
+        f"deflection_rms_{end}": rms,
+        f"deflection_overall_{end}": WeightedSum(((1.0, peak), (3.0, rms)), "peak + 3 r.m.s."),
+    }
 
 
 @dataclass(frozen=True)
@@ -54,8 +98,32 @@ class SideView:
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source=_TABLE4)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE4)
 
+    metrics: ClassVar[Mapping[str, Metric]] = {
+        **{f"J1z_{point}": _ride(point, BAND) for point in "LMT"},
+        **_deflections("front"),
+        **_deflections("rear"),
+        "static_stiffness": StaticStiffness(),
+        "inertance": Inertance(),
+        **{f"J1z_{point}_whole": _ride(point, math.inf) for point in "LMT"},
+        **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in "LMT"},
+    }
+    headline: ClassVar[tuple[str, ...]] = (
+        *(f"J1z_{point}" for point in "LMT"),
+        *_deflections("front"),
+        *_deflections("rear"),
+        "static_stiffness",
+    )
+
     def __post_init__(self) -> None:
         validated(self)
+
+    def plant(self, load: str) -> Plant:
+        """The vehicle on random ``track`` or running onto a ``slope``: the same plant."""
+        return _plant(self)
+
+    def require_stable(self, closed: ClosedVehicle) -> None:
+        """Every mode that an output sees decays."""
+        closed.on("track").require_stable()
 
     def at(self, speed: float) -> SideView:
         """The same vehicle at another speed, m/s."""
@@ -128,3 +196,8 @@ class SideView:
             groups=("secondary", "secondary"),
             density=math.pi * self.Av * self.V,
         )
+
+
+@lru_cache(maxsize=256)
+def _plant(vehicle: SideView) -> Plant:
+    return vehicle.track()

@@ -8,7 +8,7 @@ import pytest
 
 from posreal.design import evaluate, guard, layout, optimise, problem
 from posreal.design.bound import BelowBound
-from posreal.vehicle import Metric
+from posreal.metric import Measured
 
 
 @pytest.mark.parametrize(
@@ -51,4 +51,4 @@ def test_peaks_in_time_are_guarded_by_their_comfort():
     design = evaluate(problem("lateral-gauging"), "c=2e4")
     assert design.problem.objective == "max_yv"
     assert guard.guarded(design) is design
-    assert isinstance(design.metrics["Macc"], Metric)
+    assert isinstance(design.metrics["Macc"], Measured)

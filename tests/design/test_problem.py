@@ -103,10 +103,10 @@ def test_devices_that_are_none():
 def test_a_design_that_was_tampered_with_does_not_check():
     from dataclasses import replace
 
-    from posreal.vehicle import Metric
+    from posreal.metric import Measured
 
     design = evaluate(problem("vertical-comfort"), "c=17965 + b=4115")
-    better = replace(design, metrics={**design.metrics, "J1z_T": Metric(1.9, "%g")})
+    better = replace(design, metrics={**design.metrics, "J1z_T": Measured(1.9, "%g")})
     with pytest.raises(Infeasible, match=r"J1z_T is 1\.96"):
         better.check()
 

@@ -30,8 +30,11 @@ def test_what_cannot_be_made():
         picture(STRUT, format="gif")
 
 
-def test_drawing_leaves_no_figure_behind():
+def test_drawing_leaves_no_figure_and_the_backend_behind():
+    import matplotlib
     import matplotlib.pyplot as plt
 
-    picture(STRUT, format="png")
+    with matplotlib.rc_context({"backend": "svg"}):
+        picture(STRUT, format="png")
+        assert matplotlib.get_backend() == "svg"
     assert plt.get_fignums() == []

@@ -77,6 +77,7 @@ def drawn_numbers(comparison, path):
     return path.read_text()
 
 
+@pytest.mark.usefixtures("without_pyplot")
 def test_the_picture_never_mixes_bands(comparison, tmp_path):
     text = drawn_numbers(comparison, tmp_path / "vertical.svg")
     assert not comparison.shares_figure
@@ -91,6 +92,7 @@ def test_the_picture_never_mixes_bands(comparison, tmp_path):
         assert path.read_bytes().startswith(start)
 
 
+@pytest.mark.usefixtures("without_pyplot")
 def test_a_sum_over_the_whole_band_has_one_dot_a_row_and_its_bound(tmp_path):
     found = compare(problem("quarter-car", objective="J1 + 0.001*J3"), orders=(1,))
     assert found.shares_figure

@@ -37,6 +37,7 @@ def test_the_text_explains_the_differences(reproduction):
     assert data["table5"]["J1z_T"]["value"] == pytest.approx(2.2202, abs=1e-4)
 
 
+@pytest.mark.usefixtures("without_pyplot")
 def test_figures(reproduction, tmp_path):
     written = draw(reproduction, tmp_path / "figures")
     assert [path.name for path in written] == list(FIGURES)

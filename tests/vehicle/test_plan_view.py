@@ -12,7 +12,7 @@ from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.design import layout, problem
 from posreal.errors import Infeasible
 from posreal.plant import h2_norm, time_response
-from posreal.vehicle import PlanView, metrics
+from posreal.vehicle import PlanView, measure, metrics
 from posreal.vehicle.plan_view import lateral_track_filter
 from tests import published
 from tests.vehicle import naive
@@ -67,7 +67,7 @@ def test_response_with_a_random_device_is_that_of_the_equations(seed, speed):
     front = np.array([naive.lateral_acceleration(vehicle, device, w, "front") for w in omega])
     rear = np.array([naive.lateral_acceleration(vehicle, device, w, "rear") for w in omega])
     np.testing.assert_allclose(z, H * (front + rear * late), rtol=1e-8)
-    closed = metrics.lateral_loop(vehicle, device).response(omega, "body_acceleration")
+    closed = metrics.inside(vehicle, device).on("track").shaped_loop().response(omega, "body_acceleration")
     np.testing.assert_allclose(closed, z, rtol=1e-7)
 
 
@@ -107,7 +107,7 @@ def test_primary_as_a_port_is_the_same_vehicle(seed):
 def test_ride_three_ways():
     """Sum to 20 Hz, exact covariance over all frequencies, and a simulated track."""
     by_sum = metrics.lateral_rms(VEHICLE, DEFAULT)
-    loop = metrics.lateral_loop(VEHICLE, DEFAULT)
+    loop = metrics.inside(VEHICLE, DEFAULT).on("track").shaped_loop()
     by_covariance = h2_norm.rms(loop, "body_acceleration")
 
     # The definitions differ by what lies above 20 Hz, which adaptive quadrature of another response function gives …
@@ -154,8 +154,9 @@ def test_curve_entry_is_that_of_a_stepped_simulation():
     exact = metrics.curve_response(VEHICLE, DEFAULT, time)
     # the corner at 3 s falls between samples: the plain way is off by O(step²) there
     np.testing.assert_allclose(exact, plain, atol=2e-6)
-    assert 1e3 * metrics.curve_peak(VEHICLE, DEFAULT).value == pytest.approx(77.1427, abs=2e-3)
-    assert 1e3 * np.max(np.abs(exact)) == pytest.approx(1e3 * metrics.curve_peak(VEHICLE, DEFAULT).value, abs=1e-2)
+    peak = measure(VEHICLE, {"secondary": DEFAULT})["max_yv"].value
+    assert peak == pytest.approx(77.1427, abs=2e-3)
+    assert 1e3 * np.max(np.abs(exact)) == pytest.approx(peak, abs=1e-2)
 
 
 def test_steady_curving_balances():
@@ -171,4 +172,4 @@ def test_steady_curving_balances():
 
 def test_an_unstable_vehicle_is_refused():
     with pytest.raises(Infeasible, match="not stable"):
-        metrics.lateral_metrics(VEHICLE, Rational.spring(VEHICLE.Ksy) | Rational.damper(1.0))
+        measure(VEHICLE, {"secondary": Rational.spring(VEHICLE.Ksy) | Rational.damper(1.0)})

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from posreal.admittance import Rational
 from posreal.design import problem
 from posreal.design.objective import mean_square
-from posreal.vehicle import QuarterCar, metrics
+from posreal.vehicle import QuarterCar, measure
 
 
 @settings(deadline=None, max_examples=25)
@@ -25,7 +25,7 @@ from posreal.vehicle import QuarterCar, metrics
 )
 def test_spring_and_damper_have_the_closed_form(c, k, ms, mu, kt):
     car = QuarterCar(ms=ms, mu=mu, kt=kt, k=k)
-    found = metrics.quarter_car_metrics(car, Rational.spring(k) | Rational.damper(c))
+    found = measure(car, {"secondary": Rational.spring(k) | Rational.damper(c)})
     unit = 4 * math.pi**2 * car.V * car.kappa
     J1 = math.sqrt(unit * (kt * c / (2 * ms**2) + k**2 * (ms + mu) / (2 * c * ms**2)))
     m = ms + mu

@@ -14,7 +14,7 @@ from posreal.design import layout, optimise, problem
 from posreal.design.objective import mean_square
 from posreal.network import parse
 from posreal.plant import h2_norm, time_response
-from posreal.vehicle import SideView, metrics
+from posreal.vehicle import SideView, measure, metrics
 from tests import published
 from tests.vehicle import naive
 
@@ -31,7 +31,7 @@ def random_device(seed: int) -> Rational:
 
 def test_table_5_airspring_only():
     for position in POSITIONS:
-        ours = metrics.vertical_ride(VEHICLE, BARE, position)
+        ours = measure(VEHICLE, {"secondary": BARE})[f"J1z_{position}"].value
         assert ours == pytest.approx(published.TABLE5[f"J1z_{position}"], abs=0.007)
 
 
@@ -60,7 +60,7 @@ def test_responses_with_a_random_device_are_those_of_the_equations(seed):
     port = BARE | device
     omega = np.array([0.05, 0.7, 4.2, 7.7, 31.0, 90.0, 125.0])
     expected = [naive.vertical(VEHICLE, device, w) for w in omega]
-    loop = metrics.vertical_loop(VEHICLE, port)
+    loop = metrics.inside(VEHICLE, port).on("track").shaped_loop()
     for output in VEHICLE.track().outputs:
         z, _ = VEHICLE.track().responses(omega, output).closed({"secondary": port(1j * omega)})
         reference = np.array([row[output] for row in expected])
@@ -79,8 +79,8 @@ def test_ports_of_bounce_and_pitch_do_not_feel_each_other():
 def test_ride_three_ways(output, damping):
     """To 20 Hz by Gauss panels, whole band by covariance with delays, and on a simulated track."""
     port = BARE | (Rational.spring(VEHICLE.bush) + Rational.damper(damping))
-    loop = metrics.vertical_loop(VEHICLE, port)
-    to_20_hz, whole = metrics.vertical_rms(VEHICLE, port, output), h2_norm.rms(loop, output)
+    loop = metrics.inside(VEHICLE, port).on("track").shaped_loop()
+    to_20_hz, whole = metrics.inside(VEHICLE, port).on("track").band_rms(output).value, h2_norm.rms(loop, output)
 
     def density(omega: float) -> float:
         return loop.density * abs(loop.response(np.array([omega]), output)[0]) ** 2
@@ -107,11 +107,11 @@ def test_density_integrates_to_the_ride_figure():
     omega = np.linspace(1e-3, 40 * math.pi, 30_001)
     density = metrics.vertical_psd(VEHICLE, BARE, "T", omega)
     rms = math.sqrt(float(np.trapezoid(density, omega)))
-    assert 100 * rms / VEHICLE.g == pytest.approx(metrics.vertical_ride(VEHICLE, BARE, "T"), rel=1e-5)
+    assert 100 * rms / VEHICLE.g == pytest.approx(measure(VEHICLE, {"secondary": BARE})["J1z_T"].value, rel=1e-5)
 
 
 def test_deflections_of_the_default():
-    found = metrics.vertical_metrics(VEHICLE, BARE)
+    found = measure(VEHICLE, {"secondary": BARE})
     assert found["deflection_front"].value == pytest.approx(29.9, abs=0.05)
     assert found["deflection_rear"].value == pytest.approx(36.0, abs=0.05)
 
@@ -120,7 +120,7 @@ def test_slope_is_that_of_a_stepped_simulation():
     step = 2.5e-3 / 55 * 4  # a whole fraction of every wheel delay
     time = np.arange(0, 3, step)
     velocity = np.column_stack([np.clip(0.4 * (time - tau), 0, 0.4) for tau in VEHICLE.wheel_delays])
-    loop = metrics.vertical_loop(VEHICLE, BARE)
+    loop = metrics.inside(VEHICLE, BARE).on("track").shaped_loop()
     for end in ("front", "rear"):
         plain = time_response.stepped(loop, f"deflection_{end}", velocity, step)
         np.testing.assert_allclose(metrics.slope_deflection(VEHICLE, BARE, end, time), plain, atol=1e-7)
@@ -145,8 +145,8 @@ def test_overall_deflection_falls_as_the_text_says():
 def test_sharp_resonances_are_resolved():
     """An undamped spring-inerter pair behind the bush: the panels must find its narrow peak."""
     port = BARE | (Rational.spring(5e6) + (Rational.inerter(200) | Rational.spring(2e5) | Rational.damper(3)))
-    loop = metrics.vertical_loop(VEHICLE, port)
-    assert metrics.vertical_rms(VEHICLE, port, "acceleration_M") == pytest.approx(
+    loop = metrics.inside(VEHICLE, port).on("track").shaped_loop()
+    assert metrics.inside(VEHICLE, port).on("track").band_rms("acceleration_M").value == pytest.approx(
         math.sqrt(h2_norm.rms(loop, "acceleration_M") ** 2 - _above(loop)), rel=1e-5
     )
 

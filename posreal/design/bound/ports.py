@@ -200,7 +200,7 @@ def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
             return rides | {f"{name}_whole": ride for name, ride in rides.items()}
         case QuarterCar():
             return {"J1": ("acceleration", "m/s^2", fmpq(1)), "J3": ("tyre_force", "N", fmpq(1))}
-        case UserPlant(plant=plant):
+        case UserPlant(shaken=plant):
             return {f"rms_{output}": (output, "1", fmpq(1)) for output in plant.outputs}
     raise AssertionError(problem.vehicle)
 

@@ -196,7 +196,7 @@ def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
             return ("J1z_L", "J1z_M", "J1z_T", f"{_DEFLECTION}front", f"{_DEFLECTION}rear")
         case QuarterCar():
             return ("J1", "J3")
-        case UserPlant(plant=plant):
+        case UserPlant(shaken=plant):
             return tuple(f"rms_{output}" for output in plant.outputs)
     raise AssertionError(problem.vehicle)
 

@@ -234,7 +234,7 @@ def _parameters(problem: Problem) -> dict[str, Any]:
     if not isinstance(vehicle, UserPlant):
         return dataclasses.asdict(vehicle)
     around = {"beside": str(vehicle.beside), "behind": str(vehicle.behind)}
-    return {name: np.asarray(part).tolist() for name, part in vars(vehicle.plant).items() if part is not None} | around
+    return {name: np.asarray(part).tolist() for name, part in vars(vehicle.shaken).items() if part is not None} | around
 
 
 def _record(found: Found) -> dict[str, Any]:

@@ -312,7 +312,7 @@ def _performance(problem: Problem, metrics: Sequence[str]) -> tuple[Plant, list[
         case QuarterCar():
             known = {"J1": ("acceleration", 1.0), "J3": ("tyre_force", 1.0)} | gains
         case UserPlant() as own:
-            known = {f"rms_{output}": (output, 1.0) for output in own.plant.outputs} | gains
+            known = {f"rms_{output}": (output, 1.0) for output in own.shaken.outputs} | gains
     for metric in metrics:
         if metric not in known:
             peak = " (a peak in time)" if metric.startswith(("max_", "deflection_")) else ""

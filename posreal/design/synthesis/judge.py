@@ -164,13 +164,13 @@ class Judge:
         if not isinstance(self.problem.vehicle, UserPlant) or self._passive:
             return True
         port = self.problem.mounting.port(self.scale.admittance(candidate.device.rational()))
-        poles = close(self.problem.vehicle.plant, {"secondary": state_space(port)}).poles()
+        poles = close(self.problem.vehicle.shaken, {"secondary": state_space(port)}).poles()
         return bool(poles.real.max() < 0)
 
     @cached_property
     def _passive(self) -> bool:
         assert isinstance(self.problem.vehicle, UserPlant)
-        plant = self.problem.vehicle.plant
+        plant = self.problem.vehicle.shaken
         if np.linalg.eigvals(plant.A).real.max() > 1e-9:
             return False
         P = figure_of(self.problem, f"rms_{plant.outputs[0]}", self.scale).port.Pvf  # type: ignore[attr-defined]

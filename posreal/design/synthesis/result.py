@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from posreal.admittance import Rational
-from posreal.vehicle import Metric
+from posreal.metric import Measured
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Synthesis:
     order : int
         The order that was asked for; the device's McMillan degree is at most that (plus a parallel spring and inerter,
         where they were allowed).
-    metrics : mapping of name to Metric
+    metrics : mapping of name to Measured
         Recomputed from `device` on the vehicle with `parameters`.
     value : float
         The objective among them.
@@ -51,7 +51,7 @@ class Synthesis:
 
     device: Rational
     order: int
-    metrics: Mapping[str, Metric]
+    metrics: Mapping[str, Measured]
     value: float
     parameters: Mapping[str, float]
     history: tuple[Step, ...]

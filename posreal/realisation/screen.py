@@ -21,7 +21,7 @@ from posreal.admittance import Rational
 from posreal.network import Network
 from posreal.network.response import Response
 from posreal.network.topologies import Form, letters, network, valued
-from posreal.realise.fit import LARGEST_LOG, Limits, centre, width
+from posreal.realisation.fit import LARGEST_LOG, Limits, centre, width
 
 Array = NDArray[np.float64]
 

@@ -11,17 +11,16 @@ from typing import Any
 from flint import fmpq
 
 from posreal.admittance import Device, Rational, as_rational
-from posreal.errors import BadDevice, BadInput, Infeasible, PosrealError, listed
+from posreal.errors import BadDevice, BadInput, DoesNotApply, Infeasible, PosrealError, Unproven, listed
 from posreal.network import Network
-from posreal.realise.digits import shortest
-from posreal.realise.fit import Limits
-from posreal.realise.lift import lifted, typical_size
-from posreal.realise.long import Long
-from posreal.realise.methods import METHODS, WITH_LEVERS
-from posreal.realise.negligible import without_negligible
-from posreal.realise.practical import LARGEST, close_network, few_elements
-from posreal.realise.proof import Proof, corners, require_proof
-from posreal.realise.refusal import DoesNotApply, Unproven
+from posreal.realisation.approximate import LARGEST, close_network, few_elements
+from posreal.realisation.digits import shortest
+from posreal.realisation.fit import Limits
+from posreal.realisation.idle_dampers import without_negligible
+from posreal.realisation.lift import lifted, typical_size
+from posreal.realisation.methods import METHODS, WITH_LEVERS
+from posreal.realisation.multiprecision import Long
+from posreal.realisation.proof import Proof, corners, require_proof
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
 OVERSHOOT = fmpq(1, 10**14)

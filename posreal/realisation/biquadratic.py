@@ -30,13 +30,13 @@ from flint import fmpq, fmpq_poly
 
 from posreal.admittance import Rational, is_regular, roots
 from posreal.admittance.exact import to_float
+from posreal.errors import DoesNotApply
 from posreal.network import Network, bridge, parallel, series
-from posreal.realise.elements import damper, dual, inerter, spring
-from posreal.realise.long import Long, shortened, square_root
-from posreal.realise.preamble import Recurse, Synthesis
-from posreal.realise.proof import branch_residual
-from posreal.realise.refusal import DoesNotApply
-from posreal.realise.turned import turned_device, turned_network
+from posreal.realisation.elements import damper, dual, inerter, spring
+from posreal.realisation.frequency_inversion import turned_device, turned_network
+from posreal.realisation.multiprecision import Long, shortened, square_root
+from posreal.realisation.preamble import Recurse, Synthesis
+from posreal.realisation.proof import branch_residual
 
 T = fmpq_poly([0, 1])
 LEAST = 1e-250  # of an element's value; what comes out smaller is zero up to rounding

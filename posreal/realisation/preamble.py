@@ -21,11 +21,10 @@ from flint import fmpq, fmpq_poly
 
 from posreal.admittance import Rational, resistance
 from posreal.admittance.rational import S
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, DoesNotApply
 from posreal.network import Network, parallel, series
-from posreal.realise.elements import damper, dual, inerter, spring
-from posreal.realise.long import Long, at_axis, squared_size
-from posreal.realise.refusal import DoesNotApply
+from posreal.realisation.elements import damper, dual, inerter, spring
+from posreal.realisation.multiprecision import Long, at_axis, squared_size
 
 Recurse = Callable[[Rational], Network]
 Cycle = Callable[[Rational, fmpq, Long, Recurse], Network]

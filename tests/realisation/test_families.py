@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 
 from posreal.admittance import Rational, check
 from posreal.network import nodal_value, parse
-from posreal.realise import realise, realise_all
+from posreal.realisation import realise, realise_all
 from tests import strategies
 
 FAMILIES = {

@@ -40,10 +40,10 @@ from posreal.admittance import (
 from posreal.admittance.exact import to_float, to_fmpq
 from posreal.admittance.rational import S
 from posreal.errors import BadInput, Infeasible, listed
-from posreal.realise.lift import smallest_damper, typical_size
-from posreal.realise.long import Long
-from posreal.realise.preamble import without_resonance
-from posreal.realise.proof import corners
+from posreal.realisation.lift import smallest_damper, typical_size
+from posreal.realisation.multiprecision import Long
+from posreal.realisation.preamble import without_resonance
+from posreal.realisation.proof import corners
 
 WAYS = ("parallel", "series", "projection")
 FAR = 0.1  # of a pole's size: how far to the right of the axis it may be and still be mirrored

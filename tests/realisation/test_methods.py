@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from posreal.admittance import Rational, check, parse_rational, random_port_hamiltonian
 from posreal.errors import BadDevice, BadInput, NotPositiveReal
 from posreal.network import Damper, Inerter, Network, Parallel, Series, Spring, bridge, nodal_admittance, parse
-from posreal.realise import METHODS, Realisation, prove, realise, realise_all
-from posreal.realise.elements import dual
+from posreal.realisation import METHODS, Realisation, prove, realise, realise_all
+from posreal.realisation.elements import dual
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -21,10 +21,10 @@ from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.errors import BadInput, Infeasible
 from posreal.network import Element, Network
 from posreal.network.topologies import letters, topologies
-from posreal.realise.elements import revalued
-from posreal.realise.fit import Limits, fitted
-from posreal.realise.proof import corners
-from posreal.realise.screen import screened
+from posreal.realisation.elements import revalued
+from posreal.realisation.fit import Limits, fitted
+from posreal.realisation.proof import corners
+from posreal.realisation.screen import screened
 
 LARGEST = 5  # elements
 POINTS = 40  # frequencies over the band, for fitting

@@ -14,11 +14,11 @@ from __future__ import annotations
 from flint import fmpq
 
 from posreal.admittance import Rational, is_positive_real
+from posreal.errors import DoesNotApply
 from posreal.network import Network, parallel, series
-from posreal.realise.elements import damper, inerter, spring
-from posreal.realise.long import Long
-from posreal.realise.refusal import DoesNotApply
-from posreal.realise.turned import turned_device, turned_network
+from posreal.realisation.elements import damper, inerter, spring
+from posreal.realisation.frequency_inversion import turned_device, turned_network
+from posreal.realisation.multiprecision import Long
 
 
 def from_infinity(y: Rational, arithmetic: Long) -> Network:

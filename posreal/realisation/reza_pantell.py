@@ -25,10 +25,10 @@ from flint import fmpq
 
 from posreal.admittance import Rational
 from posreal.network import Network, bridge, parallel, series
-from posreal.realise.bott_duffin import richards
-from posreal.realise.elements import dual, inerter, scaled, spring
-from posreal.realise.long import Long, susceptance_slope
-from posreal.realise.preamble import Recurse
+from posreal.realisation.bott_duffin import richards
+from posreal.realisation.elements import dual, inerter, scaled, spring
+from posreal.realisation.multiprecision import Long, susceptance_slope
+from posreal.realisation.preamble import Recurse
 
 
 def cycle(y: Rational, x: fmpq, arithmetic: Long, recurse: Recurse) -> Network:

@@ -10,8 +10,8 @@ from hypothesis import given
 
 from posreal.admittance import Rational
 from posreal.network import Damper, nodal_value, parse
-from posreal.realise import prove, realise
-from posreal.realise.negligible import without_negligible
+from posreal.realisation import prove, realise
+from posreal.realisation.idle_dampers import without_negligible
 from tests import strategies
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from posreal.admittance import Rational
 from posreal.network import Element, Network, Parallel, Series, parallel, series
-from posreal.realise.proof import LARGEST_RESIDUAL, branch_residual, corners, prove
+from posreal.realisation.proof import LARGEST_RESIDUAL, branch_residual, corners, prove
 
 SMALL = 1e-11
 """A tenth of what a residual shows at its second digit, a hundredth of what the proof allows."""

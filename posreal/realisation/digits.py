@@ -15,9 +15,9 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import rounded, to_fraction
 from posreal.admittance.roots import simplest_between
 from posreal.network import Element, Lever, Network
-from posreal.realise.elements import revalued
-from posreal.realise.long import Long
-from posreal.realise.proof import branch_residual
+from posreal.realisation.elements import revalued
+from posreal.realisation.multiprecision import Long
+from posreal.realisation.proof import branch_residual
 
 ALLOWED = 1e-12  # residual that rounding may cause
 TRIED = (17, 20, 25, 30, 40, 60, 100, 160)

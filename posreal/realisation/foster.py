@@ -17,11 +17,11 @@ from __future__ import annotations
 from flint import fmpq
 
 from posreal.admittance import Rational, roots
+from posreal.errors import DoesNotApply
 from posreal.network import Network, parallel, series
-from posreal.realise.elements import damper, dual, inerter, spring
-from posreal.realise.long import Long
-from posreal.realise.preamble import axis_legs
-from posreal.realise.refusal import DoesNotApply
+from posreal.realisation.elements import damper, dual, inerter, spring
+from posreal.realisation.multiprecision import Long
+from posreal.realisation.preamble import axis_legs
 
 
 def parallel_form(y: Rational, arithmetic: Long) -> Network:

@@ -24,9 +24,9 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import to_fraction
 from posreal.admittance.rational import S
 from posreal.network import Graph, Lever, Network
-from posreal.realise.elements import inerter, spring
-from posreal.realise.long import Long, susceptance_slope
-from posreal.realise.preamble import Recurse, without_resonance
+from posreal.realisation.elements import inerter, spring
+from posreal.realisation.multiprecision import Long, susceptance_slope
+from posreal.realisation.preamble import Recurse, without_resonance
 
 
 def cycle(y: Rational, x: fmpq, arithmetic: Long, recurse: Recurse) -> Network:

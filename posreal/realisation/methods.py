@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from posreal.admittance import Rational
 from posreal.network import Network
-from posreal.realise import biquadratic, bott_duffin, brune, cauer, foster, reza_pantell
-from posreal.realise.long import Long
-from posreal.realise.preamble import Synthesis
+from posreal.realisation import biquadratic, bott_duffin, brune, cauer, foster, reza_pantell
+from posreal.realisation.multiprecision import Long
+from posreal.realisation.preamble import Synthesis
 
 Method = Callable[[Rational, Long], Network]
 

@@ -17,9 +17,8 @@ from flint import acb, acb_mat, arb, fmpq_poly
 
 from posreal.admittance import Rational, roots
 from posreal.admittance.exact import to_float, to_fmpq
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, Unproven
 from posreal.network import Graph, Network, Parallel, Series, nodal_admittance, nodal_value
-from posreal.realise.refusal import Unproven
 
 LARGEST_RESIDUAL = 1e-9
 EXACT_UP_TO = 30  # elements

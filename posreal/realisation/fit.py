@@ -11,12 +11,11 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.network import Network
-from posreal.realise.elements import revalued
+from posreal.realisation.elements import revalued
 
 STARTS = 2  # besides the values given
 STEPS = 80  # evaluations a start may take
@@ -96,6 +95,8 @@ def fitted(
     def slope(logs: NDArray[np.float64]) -> NDArray[np.float64]:
         change = response.evaluate(values_of(logs), s)[1] / wanted
         return np.concatenate([change.real, change.imag], axis=1).T
+
+    from scipy.optimize import least_squares  # slow to import, and most networks need no fit
 
     bounded = bool(np.any(np.isfinite([low, high])))
     best, least = middle, np.inf

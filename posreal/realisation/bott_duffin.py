@@ -20,9 +20,9 @@ from flint import arb, fmpq
 from posreal.admittance import Rational, roots
 from posreal.admittance.rational import S
 from posreal.network import Network, parallel, series
-from posreal.realise.elements import dual, inerter, scaled, spring
-from posreal.realise.long import Long, at_axis, shortened, susceptance_slope
-from posreal.realise.preamble import Recurse
+from posreal.realisation.elements import dual, inerter, scaled, spring
+from posreal.realisation.multiprecision import Long, at_axis, shortened, susceptance_slope
+from posreal.realisation.preamble import Recurse
 
 
 def cycle(y: Rational, x: fmpq, arithmetic: Long, recurse: Recurse) -> Network:

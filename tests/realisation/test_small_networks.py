@@ -11,8 +11,8 @@ from posreal.admittance import Rational, check, is_positive_real, parse_rational
 from posreal.errors import BadInput, Infeasible
 from posreal.network import nodal_admittance, parse
 from posreal.network.topologies import topologies
-from posreal.realise import DoesNotApply, Limits, nearest_positive_real, realise, realise_all
-from posreal.realise.screen import screened
+from posreal.realisation import DoesNotApply, Limits, nearest_positive_real, realise, realise_all
+from posreal.realisation.screen import screened
 from tests import strategies
 
 seeds = st.integers(0, 2**32 - 1)

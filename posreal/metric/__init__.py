@@ -1,0 +1,28 @@
+"""What a suspension is judged by: one kind of metric a file, each a functional of the closed vehicle's response."""
+
+from posreal.metric.closed_vehicle import ClosedVehicle, Cut
+from posreal.metric.damping_ratio import DampingRatio
+from posreal.metric.largest_gain import LargestGain
+from posreal.metric.measured import Measured
+from posreal.metric.metric import Metric
+from posreal.metric.over_speeds import LargestOverSpeeds
+from posreal.metric.peak_in_time import PeakInTime
+from posreal.metric.port_limit import Inertance, StaticStiffness
+from posreal.metric.root_mean_square import RootMeanSquare, SummedRootMeanSquare
+from posreal.metric.weighted_sum import WeightedSum
+
+__all__ = [
+    "ClosedVehicle",
+    "Cut",
+    "DampingRatio",
+    "Inertance",
+    "LargestGain",
+    "LargestOverSpeeds",
+    "Measured",
+    "Metric",
+    "PeakInTime",
+    "RootMeanSquare",
+    "StaticStiffness",
+    "SummedRootMeanSquare",
+    "WeightedSum",
+]
