@@ -40,18 +40,17 @@ def _ringing(design: Design) -> list[str]:
     metric, twin = problem.base_objective, f"{problem.base_objective}_whole"
     if twin not in problem.vehicle.metrics or problem.goal is not None:
         return []
-    whole, ends = _value(problem.vehicle, design.port, twin), design.metrics[metric].value
-    if whole < _RINGS * ends:
-        return []
-    said = (
-        f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above 20 Hz: "
-        f"--objective whole-band minimises that instead, --limit {twin}=… keeps it low"
-    )
+    whole, said = _value(problem.vehicle, design.port, twin), []
+    if whole >= _RINGS * design.metrics[metric].value:
+        said.append(
+            f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above "
+            f"20 Hz: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
+        )
     before, port = problem.original.vehicle, problem.original.default_port
-    if port is None:
-        return [said]
-    lost = 100 * (whole / _value(before, port, twin) - 1)
-    return [said, f"over all frequencies {metric} is {_worse(lost)}"] if lost > 0 else [said]
+    lost = 0.0 if port is None else 100 * (whole / _value(before, port, twin) - 1)
+    if lost > 100 * _ROUNDING:
+        said.append(f"over all frequencies {metric} is {_worse(lost)}")
+    return said
 
 
 def _value(vehicle: Vehicle, port: Rational, metric: str) -> float:

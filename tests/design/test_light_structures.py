@@ -205,3 +205,9 @@ def test_the_largest_gain_of_three_storeys(text):
     assert peak(at) == pytest.approx(found.objective.value, rel=1e-8)
     best = minimize(peak, at, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-13, "maxiter": 250})
     assert float(best.fun) >= found.objective.value * (1 - 1e-7)
+
+
+def test_a_gain_is_not_hidden_below_the_grid():
+    """A stiff damper holds one storey but for ever: slowly enough, it gives M/K whatever the damper."""
+    found = optimise(chain(1, objective="gain"), layout("b | c"))
+    assert found.objective.value == pytest.approx(M / K, rel=1e-4)

@@ -32,6 +32,7 @@ from posreal.plant import hinf_norm
 
 Real = np.ndarray
 
+_LOWEST = np.geomspace(1e-6, 1e-2, 60)  # of a plant's middle frequency: where a gain may end in a slow or a fast pole
 SECONDS = 8.0  # of a curve or slope in which a peak counts
 
 
@@ -142,7 +143,8 @@ def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes) -> 
         return PortFigure(Inside(problem, scale, line.s), plant.responses_at(line.s, metric.output), line)
     norm = metric.norm()
     if norm is not None and norm.kind == "H∞":
-        omega = np.union1d(hinf_norm.grid(problem.plant), beside(light))
+        ends = hinf_norm.middle(problem.plant) * np.concatenate([_LOWEST, 1 / _LOWEST])
+        omega = np.unique(np.concatenate([hinf_norm.grid(problem.plant), ends, beside(light)]))
         return PeakGain(problem, scale, norm.output, omega)
     name = next((name for name, one in vehicle.metrics.items() if one == metric), problem.base_objective)
     return _mean_square(problem, name, scale, light)
