@@ -24,7 +24,7 @@ from posreal.design.synthesis.damping import Damping
 from posreal.design.synthesis.generalised_plant import generalised_plant
 from posreal.design.synthesis.linearised import LoopAt, Norm, each_entry, peak, peaks
 from posreal.design.synthesis.measured import figure_of
-from posreal.design.synthesis.presented import rounded
+from posreal.design.synthesis.presented import presented
 from posreal.design.synthesis.scale import reference
 from posreal.design.synthesis.semidefinite import Affine, Shape
 from posreal.design.synthesis.storage import port_hamiltonian
@@ -309,8 +309,8 @@ def test_rounding_keeps_positive_realness(seed):
     theta[-6:] = 0.0
     theta[-3:] = rng.standard_normal(3)
     exact = Chart(2).device(theta).rational()
-    short, _ = rounded(exact.scaled(20000))
-    assert check(short)
+    short, note = presented(exact.scaled(20000), lambda Y: True)
+    assert (note, check(short).positive_real) == ("", True)
     s = 1j * np.geomspace(0.01, 100, 50)
     assert short(s) == pytest.approx(exact.scaled(20000)(s), rel=1e-8)
 

@@ -330,15 +330,14 @@ def _warm(devices: Sequence[Device], scale: Scale, order: int, spring: bool, ine
 
 
 def _presented(search: Search, scale: Scale) -> tuple[Rational, str]:
-    """The best device as a tidy exact admittance, and what had to be done for it."""
+    """The best device as an exact admittance in few digits, and a note where there are many."""
     judge, best = search.judge, search.best
 
-    def acceptable(H: Rational) -> bool:
-        value = judge.value_of(H, best.parameters)
-        return value <= search.value * (1 + 1e-9) and not _breaks(judge.problem, scale.admittance(H), best.parameters)
+    def acceptable(Y: Rational) -> bool:
+        value = judge.value_of(scale.from_admittance(Y), best.parameters)
+        return value <= search.value * (1 + 1e-9) and not _breaks(judge.problem, Y, best.parameters)
 
-    H = presented.tidy(best.device.rational(), acceptable)
-    return presented.rounded(scale.admittance(H))
+    return presented.presented(scale.admittance(best.device.rational()), acceptable)
 
 
 def _breaks(problem: Problem, Y: Rational, parameters: Mapping[str, float]) -> bool:
