@@ -23,7 +23,7 @@ import numpy as np
 from posreal.admittance import Rational, state_space
 from posreal.design.problem import Problem
 from posreal.errors import BadInput
-from posreal.metric import Norm
+from posreal.metric import Norm, PeakInTime
 from posreal.plant import hinf_norm, quadrature
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, PortResponses, close
@@ -209,7 +209,9 @@ def norm_of(vehicle: Vehicle, name: str, *kinds: str) -> Norm:
     norm = None if metric is None else metric.norm()
     if norm is None or norm.kind not in kinds:
         words = {"H2": "a root mean square", "H∞": "a largest gain"}
-        raise BadInput(f"{name} is not {' or '.join(words[kind] for kind in kinds)} of the {vehicle.name} vehicle")
+        peak = " (a peak in time)" if isinstance(metric, PeakInTime) else ""
+        wanted = " or ".join(words[kind] for kind in kinds)
+        raise BadInput(f"{name}{peak} is not {wanted} of the {vehicle.name} vehicle")
     return norm
 
 

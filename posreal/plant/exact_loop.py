@@ -54,6 +54,14 @@ class Transfer:
         """Whether every mode that the output sees decays."""
         return roots.is_hurwitz(self.denominator)
 
+    def decays(self, share: float) -> bool:
+        """Whether every mode that the output sees decays, none more slowly than `share` of the fastest pole."""
+        if not self.stable:
+            return False
+        with roots.precision(_FIRST):
+            poles = [complex(pole.real.mid(), pole.imag.mid()) for pole in self.poles()]
+        return not poles or min(-pole.real for pole in poles) > share * max(abs(pole) for pole in poles)
+
     @property
     def strictly_proper(self) -> bool:
         """Whether white noise does not pass straight through."""
