@@ -81,14 +81,14 @@ def bound(
 
 def _place(text: str) -> float | tuple[float, float]:
     """20, or 50:0.4 for a pair."""
-    from posreal.errors import BadInput
+    from posreal.errors import BadInput, shown
 
     try:
         frequency, *damping = map(float, text.split(":"))
     except ValueError:
         frequency, damping = math.nan, []
     if not math.isfinite(frequency) or len(damping) > 1:
-        raise BadInput(f"--omega0 {text!r} is not a frequency such as 20 or a pair such as 50:0.4")
+        raise BadInput(f"--omega0 {shown(text)} is not a frequency such as 20 or a pair such as 50:0.4")
     return (frequency, damping[0]) if damping else frequency
 
 

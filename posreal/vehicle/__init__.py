@@ -1,7 +1,7 @@
 """What a device rides in: vehicles cut open at a port, tracks, and the figures by which a suspension is judged."""
 
 from posreal.plant.plant import ClosedLoop, Plant, PortResponses, close
-from posreal.vehicle.parameters import described, from_file, override, read_toml
+from posreal.vehicle.parameters import described, from_file, override
 from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
@@ -22,5 +22,4 @@ __all__ = [
     "from_file",
     "measure",
     "override",
-    "read_toml",
 ]
