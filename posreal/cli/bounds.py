@@ -20,6 +20,7 @@ from posreal.cli.options import (
     posed,
 )
 from posreal.cli.output import print_json, progress
+from posreal.errors import BadInput, plain, shown
 
 
 def bound(
@@ -49,18 +50,28 @@ def bound(
     as_json: AsJson = False,
 ) -> None:
     """Prove what no positive-real device can go below."""
-    from posreal.design import read_design
+    from posreal.design import evaluate
     from posreal.design.bound import bound as search
     from posreal.design.bound import reached
+    from posreal.design.guard import held
+    from posreal.files import require_writable
     from posreal.vehicle import PlanView, SideView
 
     question = posed(problem, vehicle, position, objective, stiffness)
+    if save is not None:
+        require_writable(save)
+    design = None if device is None else evaluate(question, device)
+    if design is not None and (design.problem.vehicle != question.vehicle or held(design) != question.mounting):
+        raise BadInput(
+            f"--device {plain(device, 60)} changes the vehicle, or brings a static spring or bush of its own, and the "
+            "bound is over the devices of the vehicle as given; use --vehicle or --stiffness"
+        )
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
         found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
-        if device is not None:
-            found = found.beside(read_design(question, device.split()))
+        if design is not None:
+            found = found.beside(design)
         elif beside.strip():
             rows = reached(found, orders(beside), seed=seed, progress=say)
             found = found.beside(min(rows, key=lambda row: row.value).design)
@@ -81,7 +92,6 @@ def bound(
 
 def _place(text: str) -> float | tuple[float, float]:
     """20, or 50:0.4 for a pair."""
-    from posreal.errors import BadInput, shown
 
     try:
         frequency, *damping = map(float, text.split(":"))
