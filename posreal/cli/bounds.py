@@ -112,6 +112,9 @@ def check_bound(
     found = Bound.load(file)
     proof = found.check()
     if as_json:
-        print_json({"proven": proof, "bound": found.to_dict()["bound"], "gap_percent": found.gap_percent})
+        document = found.to_dict()
+        claim = {"proven": proof, "bound": document["bound"], "gap_percent": found.gap_percent}
+        print_json(claim | {"holds_for": document["holds_for"], "about": found.described()})
         return
-    print(f"{found}\nproven again: {found.metric} ≥ {proof:.10g} {found.unit}")
+    print("\n  ".join([str(found), *found.described()]))
+    print(f"proven again: {plain(found.metric, 80)} ≥ {proof:.10g} {plain(found.unit, 20)}")

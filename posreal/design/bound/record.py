@@ -16,8 +16,8 @@ import numpy as np
 from flint import fmpq
 
 from posreal.admittance import Rational
-from posreal.admittance.exact import to_fmpq, to_text
-from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
+from posreal.admittance.exact import to_float, to_fmpq, to_text
+from posreal.design.bound.ports import PEAK, SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
 from posreal.design.bound.space import Point, width
@@ -28,6 +28,7 @@ from posreal.errors import BadInput, listed, plain, shown
 from posreal.files import read_json, write_whole
 from posreal.plant.plant import Plant, ShapingFilter
 from posreal.vehicle import QuarterCar
+from posreal.vehicle import described as parameters
 from posreal.vehicle.user_plant import UserPlant
 
 _FORMAT = "posreal bound 1"
@@ -136,6 +137,59 @@ def from_dict(document: Any) -> Bound:
     if (gap is None) != (said is None) or (gap is not None and abs(gap - _number(said, "gap_percent")) > 1e-6):
         raise BadInput(f"gap_percent is stated as {shown(said)}, and bound and best give {shown(gap)}")
     return found
+
+
+# --- what a reader is told ------------------------------------------------------------------------------------
+
+_COMBINED = {
+    SQUARES: "the root of the sum of the mean squares of {} over all frequencies",
+    SUM: "the sum of the root mean squares of {} over all frequencies",
+    PEAK: "the largest gain to {} over all frequencies",
+}
+
+
+def described(bound: Bound) -> list[str]:
+    """What was proven, of what, a line each: a file may hold another vehicle than its reader thinks of."""
+    about, plant = bound.figure, bound.figure.plant
+    parts = []
+    for name, weight in about.weights.items():
+        factor = to_float(weight) ** 0.5
+        parts.append(plain(name, 40) if weight == 1 else f"{factor:.6g} × {plain(name, 40)}")
+    said = [
+        f"figure: {plain(about.metric, 80)} [{plain(about.unit, 20)}] is "
+        + _COMBINED[about.combine].format(", ".join(parts))
+    ]
+    if bound.problem is not None and not isinstance(bound.problem.vehicle, UserPlant):
+        said.append(_vehicle_in_words(bound.problem))
+    else:
+        states, ports = len(plant.A), len(plant.groups)
+        said.append(
+            f"plant: one of the file's own, {states} states, {ports} port{'s' if ports > 1 else ''}, outputs "
+            f"{plain(', '.join(plant.outputs))}; its matrices are under about.plant"
+        )
+    around = [
+        (where, part) for where, part in (("beside", about.mounting.beside), ("behind", about.mounting.behind)) if part
+    ]
+    said.append("in the port: the device" + "".join(f", {where} it {plain(part)}" for where, part in around))
+    delays = sorted({float(delay) for delay in plant.delays})
+    said.append(
+        f"input: white noise of single-sided density {float(plant.density):.6g} per rad/s"
+        + (", through a shaping filter" if plant.shaping is not None else "")
+        + (f", reaching the inputs after {', '.join(f'{d:.6g}' for d in delays[:8])} s" if delays != [0.0] else "")
+        if about.combine != PEAK
+        else "input: any, of any frequency; a gain has no density"
+    )
+    return said
+
+
+def _vehicle_in_words(subject: Problem) -> str:
+    usual, here = problem(subject.name).vehicle, subject.vehicle
+    changed = [
+        f"{name} = {value:.6g} {unit.replace('*', ' ')}, not {getattr(usual, name):.6g}"
+        for name, value, unit, _, _ in parameters(here)
+        if value != getattr(usual, name)
+    ]
+    return f"vehicle: {here.name} of {subject.name}, " + ("with " + "; ".join(changed) if changed else "as it comes")
 
 
 # --- the vehicle ---------------------------------------------------------------------------------------------
