@@ -61,6 +61,35 @@ class Unproven(PosrealError):
     exit_code = 1
 
 
+def plain(text: object, most: int = 120) -> str:
+    """Input as it may stand in a message: on one line, control characters escaped, its middle left out if it is long.
+
+    Examples
+    --------
+    >>> plain("a\\nb"), plain("0123456789", 6)
+    ('a\\\\nb', '012…89')
+    """
+    try:
+        whole = str(text)
+    except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within lists
+        return f"a very large {type(text).__name__}"
+    if len(whole) > most:
+        end = most // 3
+        whole = f"{whole[: most - end - 1]}…{whole[len(whole) - end :]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "replace").decode() for c in whole)
+
+
+def shown(given: object, most: int = 60) -> str:
+    """A value of the user's as Python writes it, text in quotes; shortened as `plain` does."""
+    if isinstance(given, str):
+        text = plain(given, most)
+        return f'"{text}"' if "'" in text and '"' not in text else f"'{text}'"
+    try:
+        return plain(repr(given), most)
+    except (ValueError, RecursionError):
+        return f"a very large {type(given).__name__}"
+
+
 def listed(names: Iterable[object]) -> str:
     """``a, b or c``: what would have been accepted, for the end of a message."""
     words = [str(name) for name in names]

@@ -16,7 +16,7 @@ from functools import lru_cache
 from numbers import Real
 
 from posreal.admittance import exact
-from posreal.errors import BadDevice, BadInput, listed
+from posreal.errors import BadDevice, BadInput, listed, shown
 
 LONGEST = 60  # characters of a unit
 
@@ -113,7 +113,7 @@ def exact_quantity(text: str | float, unit: str) -> Fraction:
         return _number(repr(float(text)) if isinstance(text, float) else text, unit)
     match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) <= exact.LONGEST_NUMBER else None
     if match is None:
-        raise BadInput(f"{_shown(text)} is not a number with a unit; write for example {_example(unit)}.")
+        raise BadInput(f"{shown(text)} is not a number with a unit; write for example {_example(unit)}.")
     number = _number(match["number"], unit)
     return _number(number * _factor(match["unit"], unit), unit) if match["unit"] else number
 
@@ -181,10 +181,10 @@ def _number(given: str | Real, unit: str) -> Fraction:
     try:
         number = exact.to_fraction(exact.to_fmpq(given))  # type: ignore[arg-type]
     except BadDevice:
-        raise BadInput(f"{_shown(given)} is not a finite number; write for example {_example(unit)}.") from None
+        raise BadInput(f"{shown(given)} is not a finite number; write for example {_example(unit)}.") from None
     size = abs(exact.to_float(number))
     if number and not 1e-300 <= size <= 1e300:
-        named = _shown(given) if isinstance(given, str) else f"A number {'above 1e300' if size > 1 else 'below 1e-300'}"
+        named = shown(given) if isinstance(given, str) else f"A number {'above 1e300' if size > 1 else 'below 1e-300'}"
         raise BadInput(f"{named} is out of range; give one from 1e-300 to 1e300, for example {_example(unit)}.")
     return number
 
@@ -195,7 +195,7 @@ def _factor(given: str, unit: str) -> Fraction:
     factor, powers = _product(given, unit)
     accepted, wanted = _product(unit, unit)
     if powers != wanted:
-        raise BadInput(f"The unit {given!r} measures something else; give {_accepted(unit)}.")
+        raise BadInput(f"The unit {shown(given)} measures something else; give {_accepted(unit)}.")
     return factor / accepted
 
 
@@ -207,12 +207,12 @@ def _product(text: str, unit: str) -> tuple[Fraction, Counter[str]]:
     for stroke, part in re.findall(r"(^|[*/])([^*/]*)", spelled) if text else ():
         match = _FACTOR.fullmatch(part)
         if match is None:
-            raise BadInput(f"{_shown(text)} is not a unit; give {_accepted(unit)}.")
+            raise BadInput(f"{shown(text)} is not a unit; give {_accepted(unit)}.")
         symbol, power, ten = match["symbol"], int(match["power"] or 1), 0
         if symbol not in _UNITS and symbol[0] in _TENS and symbol[1:] in _PREFIXED:
             symbol, ten = symbol[1:], _TENS[symbol[0]]
         if symbol not in _UNITS:
-            raise BadInput(f"The unit {text!r} is not known; give {_accepted(unit)}.")
+            raise BadInput(f"The unit {shown(text)} is not known; give {_accepted(unit)}.")
         number, of = _UNITS[symbol]
         value, base = (Fraction(1), Counter({symbol: 1})) if of == symbol else _product(of, unit)
         power = -power if stroke == "/" else power
@@ -228,8 +228,3 @@ def _accepted(unit: str) -> str:
 
 def _example(unit: str) -> str:
     return f"'2.5 {unit.replace('*', ' ')}'" if unit else "'2.5'"
-
-
-def _shown(given: object) -> str:
-    text = repr(given)
-    return text if len(text) <= 40 else text[:37] + "..."

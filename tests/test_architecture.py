@@ -18,8 +18,8 @@ MAY_IMPORT = {
     "realisation": {"errors", "admittance", "network"},
     "plant": {"errors", "admittance"},
     "metric": {"errors", "admittance", "plant"},
-    "vehicle": {"errors", "admittance", "units", "plant", "metric"},
-    "design": {"errors", "admittance", "network", "units", "plant", "metric", "vehicle"},
+    "vehicle": {"errors", "files", "admittance", "units", "plant", "metric"},
+    "design": {"errors", "files", "admittance", "network", "units", "plant", "metric", "vehicle"},
     "study": {
         *("errors", "admittance", "network", "units", "text_table", "files", "plant", "metric", "vehicle"),
         *("realisation", "design"),

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly, fmpz
 
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, shown
 
 Number: TypeAlias = "int | float | Fraction | str | fmpq"
 
@@ -41,30 +41,29 @@ def to_fmpq(value: Number) -> fmpq:
         return fmpq(value)
     if isinstance(value, str):
         return _from_text(value)
-    if isinstance(value, Integral):
+    if isinstance(value, Integral) and not isinstance(value, bool):
         return fmpq(int(value))
-    if isinstance(value, RationalNumber):
+    if isinstance(value, RationalNumber) and not isinstance(value, bool):
         return fmpq(int(value.numerator), int(value.denominator))
-    if isinstance(value, Real):
+    if isinstance(value, Real) and not isinstance(value, bool):
         number = float(value)
         if number != number or number in (float("inf"), float("-inf")):
             raise BadDevice(f"{number} is not a coefficient; give finite numbers.")
         return fmpq(*number.as_integer_ratio())
-    raise BadDevice(f"{value!r} is not a real number; give an integer, a float, a Fraction or text like '2.5e5'.")
+    raise BadDevice(f"{shown(value)} is not a real number; give an integer, a float, a Fraction or text like '2.5e5'.")
 
 
 def _from_text(text: str) -> fmpq:
     match = _NUMBER.fullmatch(text) if len(text) <= LONGEST_NUMBER else None
-    shown = text if len(text) <= 40 else text[:37] + "..."
     if match is None or not (match["whole"] or match["part"]):
-        raise BadDevice(f"{shown!r} is not a number; write 2.5e5, 0.1 or 5/3.")
+        raise BadDevice(f"{shown(text)} is not a number; write 2.5e5, 0.1 or 5/3.")
     part, power = match["part"] or "", int(match["power"] or 0)
     if abs(power) > LARGEST_EXPONENT:
-        raise BadDevice(f"{shown!r} has an exponent beyond {LARGEST_EXPONENT}; scale the device.")
+        raise BadDevice(f"{shown(text)} has an exponent beyond {LARGEST_EXPONENT}; scale the device.")
     power -= len(part)
     over = fmpz(match["over"] or "1")
     if over == 0:
-        raise BadDevice(f"{shown!r} divides by zero.")
+        raise BadDevice(f"{shown(text)} divides by zero.")
     digits = fmpz((match["whole"] or "") + part)
     value = fmpq(digits * fmpz(10) ** max(power, 0), over * fmpz(10) ** max(-power, 0))
     return -value if match["sign"] == "-" else value

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from posreal.admittance import exact
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, shown
 
 if TYPE_CHECKING:
     from posreal.admittance.rational import Rational
@@ -54,7 +54,7 @@ def _tokens(text: str) -> list[_Token]:
         match = _TOKEN.match(text, position)
         if match is None:
             at = position + len(text[position:]) - len(text[position:].lstrip())
-            raise _error(text, at, f"{text[at]!r} is not part of a function of s")
+            raise _error(text, at, f"{shown(text[at])} is not part of a function of s")
         kind = str(match.lastgroup)
         found.append(_Token(kind, match[kind], match.start(kind)))
         position = match.end()
@@ -66,7 +66,9 @@ def _tokens(text: str) -> list[_Token]:
 def _error(text: str, position: int, complaint: str) -> BadDevice:
     start = max(0, position - 12)
     near = ("…" if start else "") + text[start : position + 12] + ("…" if position + 12 < len(text) else "")
-    return BadDevice(f"{complaint} (character {position + 1}, near {near!r}); write for example '2.5e5/s + 2e4*s'.")
+    return BadDevice(
+        f"{complaint} (character {position + 1}, near {shown(near)}); write for example '2.5e5/s + 2e4*s'."
+    )
 
 
 class _Reader:
@@ -82,7 +84,7 @@ class _Reader:
             raise BadDevice("The device text is empty; write for example '2.5e5/s + 2e4'.")
         value = self.sum()
         if self.here.kind != "end":
-            raise self.error(f"expected an operator before {self.here.text!r}")
+            raise self.error(f"expected an operator before {shown(self.here.text)}")
         return value
 
     @property
@@ -155,13 +157,13 @@ class _Reader:
             self.next += 1
             return self.kind([0, 1])
         if token.kind == "name":
-            raise self.error(f"{token.text!r} is not known; the only variable is s")
+            raise self.error(f"{shown(token.text)} is not known; the only variable is s")
         if self.accept("("):
             value = self.sum()
             if not self.accept(")"):
                 raise self.error("expected ')'")
             return value
-        raise self.error(f"expected a number, s or '(' but found {token.text!r}")
+        raise self.error(f"expected a number, s or '(' but found {shown(token.text)}")
 
     def limited(self, value: Rational) -> Rational:
         if value.degree > HIGHEST_DEGREE:

@@ -23,6 +23,7 @@ from posreal.admittance.parse import read
 from posreal.errors import BadDevice
 
 S = fmpq_poly([0, 1])
+MOST_COEFFICIENTS = 101  # of a numerator or denominator that comes from a file
 
 _Mantissas: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -316,6 +317,8 @@ class Rational:
             raise BadDevice("A device is {'numerator': [...], 'denominator': [...]} in ascending powers.") from None
         if not isinstance(numerator, list | tuple) or not isinstance(denominator, list | tuple):
             raise BadDevice("A device's numerator and denominator are lists of numbers in ascending powers.")
+        if max(len(numerator), len(denominator)) > MOST_COEFFICIENTS:
+            raise BadDevice(f"A device with more than {MOST_COEFFICIENTS} coefficients is not read; reduce its order.")
         return cls(numerator, denominator)
 
     @classmethod

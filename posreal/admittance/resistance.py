@@ -102,6 +102,9 @@ def negative_frequency(E: fmpq_poly) -> fmpq:
     best: tuple[fmpq, fmpq] | None = None
     for low, high in _bands([ball for ball, _ in crossings]):
         omega = roots.simplest_between((3 * low + high) / 4, (low + 3 * high) / 4)
+        while E(omega * omega) == 0:  # a zero of even multiplicity, of which there are few, is no crossing
+            low, high = (omega, high) if high - omega > omega - low else (low, omega)
+            omega = roots.simplest_between((3 * low + high) / 4, (low + 3 * high) / 4)
         value = E(omega * omega)
         if value < 0 and (best is None or value < best[0]):
             best = value, omega

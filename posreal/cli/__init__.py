@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
+from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
@@ -15,8 +17,9 @@ import typer
 from posreal import __version__
 from posreal.cli import bounds, designs, devices, listings, searches
 from posreal.cli.options import DEVICE_FIRST
-from posreal.errors import PosrealError
+from posreal.errors import PosrealError, plain
 
+_LONGEST = 1000  # characters of a message, where input is quoted more than once
 _UsageError: Any = typer.BadParameter.__base__  # of click, or of typer's own copy of it
 
 app = typer.Typer(
@@ -61,18 +64,44 @@ app.command()(designs.reproduce)
 
 def main() -> None:
     """Entry point of the ``posreal`` command."""
+    with warnings.catch_warnings():
+        if not sys.warnoptions:  # figures are confirmed or refused; how the arithmetic got there is not for the user
+            warnings.simplefilter("ignore", RuntimeWarning)
+        code = _run()
+    sys.exit(code)
+
+
+def _run() -> int:
+    """Do what is asked; every error of the user's or of the system's is one sentence."""
     try:
-        sys.exit(app(standalone_mode=False))
+        code = app(standalone_mode=False)
+        sys.stdout.flush()  # a full disk shows here, and not when Python has already decided on the exit code
+        return int(code or 0)
     except _UsageError as error:
         text = error.format_message()  # the help, if nothing was given at all
-        print(text if "\n" in text else f"posreal: {text}", file=sys.stderr)
-        sys.exit(2)
+        return _failed(text, 2, whole=type(error).__name__ == "NoArgsIsHelpError")
     except PosrealError as error:
-        print(f"posreal: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
+        return _failed(str(error), error.exit_code)
     except KeyboardInterrupt:
-        print("posreal: interrupted", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
+        return _failed("interrupted", 130)
+    except (BrokenPipeError, SystemExit) as error:  # of a broken pipe, typer makes an exit with code 1
+        if not isinstance(error.__context__ if isinstance(error, SystemExit) else error, BrokenPipeError):
+            raise
+        _discard_output()  # whoever read the output has seen enough
+        return 0
+    except OSError as error:
+        _discard_output()
+        return _failed(f"cannot write the output: {error.strerror or error}", 2)
+
+
+def _failed(message: str, code: int, *, whole: bool = False) -> int:
+    with suppress(OSError):
+        sys.stdout.flush()
+    with suppress(OSError):
+        print(message if whole else f"posreal: {plain(message, _LONGEST)}", file=sys.stderr, flush=True)
+    return code
+
+
+def _discard_output() -> None:
+    """What is left in the buffer goes nowhere, so that Python does not try to write it again at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

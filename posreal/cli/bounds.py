@@ -20,6 +20,7 @@ from posreal.cli.options import (
     posed,
 )
 from posreal.cli.output import print_json, progress
+from posreal.errors import BadInput, plain, shown
 
 
 def bound(
@@ -49,17 +50,27 @@ def bound(
     as_json: AsJson = False,
 ) -> None:
     """Prove what no positive-real device can go below."""
-    from posreal.design import read_design
+    from posreal.design import evaluate
     from posreal.design.bound import bound as search
     from posreal.design.bound import reached
+    from posreal.design.guard import held
+    from posreal.files import require_writable
 
     question = posed(problem, vehicle, position, objective, stiffness)
+    if save is not None:
+        require_writable(save)
+    design = None if device is None else evaluate(question, device)
+    if design is not None and (design.problem.vehicle != question.vehicle or held(design) != question.mounting):
+        raise BadInput(
+            f"--device {plain(device, 60)} changes the vehicle, or brings a static spring or bush of its own, and the "
+            "bound is over the devices of the vehicle as given; use --vehicle or --stiffness"
+        )
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
         found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
-        if device is not None:
-            found = found.beside(read_design(question, device.split()))
+        if design is not None:
+            found = found.beside(design)
         elif beside.strip():
             rows = reached(found, orders(beside), seed=seed, progress=say)
             found = found.beside(min(rows, key=lambda row: row.value).design)
@@ -80,14 +91,13 @@ def bound(
 
 def _place(text: str) -> float | tuple[float, float]:
     """20, or 50:0.4 for a pair."""
-    from posreal.errors import BadInput
 
     try:
         frequency, *damping = map(float, text.split(":"))
     except ValueError:
         frequency, damping = math.nan, []
     if not math.isfinite(frequency) or len(damping) > 1:
-        raise BadInput(f"--omega0 {text!r} is not a frequency such as 20 or a pair such as 50:0.4")
+        raise BadInput(f"--omega0 {shown(text)} is not a frequency such as 20 or a pair such as 50:0.4")
     return (frequency, damping[0]) if damping else frequency
 
 
@@ -101,6 +111,9 @@ def check_bound(
     found = Bound.load(file)
     proof = found.check()
     if as_json:
-        print_json({"proven": proof, "bound": found.to_dict()["bound"], "gap_percent": found.gap_percent})
+        document = found.to_dict()
+        claim = {"proven": proof, "bound": document["bound"], "gap_percent": found.gap_percent}
+        print_json(claim | {"holds_for": document["holds_for"], "about": found.described()})
         return
-    print(f"{found}\nproven again: {found.metric} ≥ {proof:.10g} {found.unit}")
+    print("\n  ".join([str(found), *found.described()]))
+    print(f"proven again: {plain(found.metric, 80)} ≥ {proof:.10g} {plain(found.unit, 20)}")

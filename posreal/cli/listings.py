@@ -61,14 +61,14 @@ def layouts(
     if as_json:
         print_json(_layout_dict(entry))
         return
-    print(f"{entry.name}: {entry.description}\n{entry.network}    [{entry.source}]\n")
-    print(drawn(entry.network, ascii))
+    lines = [f"{entry.name}: {entry.description}\n{entry.network}    [{entry.source}]\n", drawn(entry.network, ascii)]
     for row in entry.published:
         valued = entry.network.with_values(row.values)
         figures = ", ".join(f"{metric} = {value:g}" for metric, value in row.figures.items())
         tuned = "".join(f", {parameter} = {value:g}" for parameter, value in row.vehicle.items())
         note = f" ({row.note})" if row.note else ""
-        print(f"\nTable {row.table}, {problem(row.problem).name}: {figures} at {valued}{tuned}{note}")
+        lines.append(f"\nTable {row.table}, {problem(row.problem).name}: {figures} at {valued}{tuned}{note}")
+    print("\n".join(lines))
 
 
 def _layout_dict(entry: Layout) -> dict[str, Any]:

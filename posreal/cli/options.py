@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, plain, shown
 
 if TYPE_CHECKING:
     from posreal.design import Problem
@@ -37,7 +37,7 @@ Stiffness = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Ascii = Annotated[bool, typer.Option("--ascii", help="Draw with ASCII characters only.")]
 Width = Annotated[int, typer.Option(min=40, max=1000, help="Columns that a diagram may take.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of all random choices.")]
+Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all random choices.")]
 Jobs = Annotated[int, typer.Option(help="Processes that work side by side; -1 for all cores.")]
 Starts = Annotated[int, typer.Option(min=1, max=10_000, help="Local searches.")]
 Write = Annotated[
@@ -72,6 +72,7 @@ Sweep = Annotated[
     ),
 ]
 
+_MOST_JOBS = 1000
 DEVICE_FIRST = {"ignore_unknown_options": True}
 """Settings of a command whose device may start with a minus sign; see :func:`words`."""
 
@@ -107,7 +108,7 @@ def _point(text: str) -> dict[str, float | str]:
     for part in text.split(","):
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not (name and equals and value):
-            raise BadInput(f"--worst-case {text!r} is not an operating point such as V=40 or V=40,mv=42000")
+            raise BadInput(f"--worst-case {shown(text)} is not an operating point such as V=40 or V=40,mv=42000")
         try:
             found[name] = float(value)
         except ValueError:
@@ -129,7 +130,7 @@ def words(given: list[str]) -> list[str]:
     """The words of a device; a misspelt option is not one of them."""
     for word in given:
         if word.startswith("--"):
-            raise BadInput(f"no such option {word}; --help lists the options")
+            raise BadInput(f"no such option {plain(word, 40)}; --help lists the options")
     return given
 
 
@@ -140,7 +141,7 @@ def one_device(given: list[str]) -> Any:
     text = " ".join(words(given))
     device = read_device(text)
     if device is None:
-        raise BadInput(f"{text!r} is no device by itself; give a network, an admittance in s, or a file")
+        raise BadInput(f"{shown(text)} is no device by itself; give a network, an admittance in s, or a file")
     return device
 
 
@@ -149,16 +150,18 @@ def orders(text: str) -> list[int]:
     try:
         found = [int(part) for part in text.split(",")]
     except ValueError:
-        raise BadInput(f"--orders {text!r} is not a list of whole numbers such as 1,2,3") from None
+        raise BadInput(f"--orders {shown(text)} is not a list of whole numbers such as 1,2,3") from None
     if not all(0 <= order <= 12 for order in found):
-        raise BadInput(f"--orders {text!r}: orders are from 0 to 12")
+        raise BadInput(f"--orders {shown(text)}: orders are from 0 to 12")
     return found
 
 
 def job_count(jobs: int) -> int:
     """A number of processes that joblib takes."""
-    if jobs == 0 or jobs < -1:
-        raise BadInput(f"--jobs {jobs}: give the number of processes, or -1 for all cores")
+    if jobs == 0 or not -1 <= jobs <= _MOST_JOBS:
+        raise BadInput(
+            f"--jobs {plain(jobs, 20)}: give the number of processes, up to {_MOST_JOBS}, or -1 for all cores"
+        )
     return jobs
 
 
@@ -171,5 +174,5 @@ def band(text: str | None) -> tuple[float, float] | None:
         if not 0 < low < high < float("inf"):
             raise ValueError
     except ValueError:
-        raise BadInput(f"--band {text!r} is not a band such as 0.1:100, two frequencies in rad/s") from None
+        raise BadInput(f"--band {shown(text)} is not a band such as 0.1:100, two frequencies in rad/s") from None
     return low, high

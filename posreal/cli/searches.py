@@ -17,6 +17,7 @@ from posreal.cli.options import (
     Seed,
     Stiffness,
     VehicleFile,
+    job_count,
     orders,
     posed,
 )
@@ -79,7 +80,7 @@ def search(
             metric=metric,
             starts=starts,
             seed=seed,
-            jobs=jobs,
+            jobs=job_count(jobs),
             backend=backend,
             scheduler=scheduler,
             checkpoint=checkpoint,

@@ -8,10 +8,8 @@ static spring or behind the bush.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from posreal.admittance.device import as_rational
@@ -21,7 +19,8 @@ from posreal.design.layout import layout
 from posreal.design.optimise import evaluate_layout
 from posreal.design.problem import Problem
 from posreal.design.result import Design
-from posreal.errors import BadDevice, BadInput, listed
+from posreal.errors import BadDevice, BadInput, listed, shown
+from posreal.files import read_json
 from posreal.network import Network
 from posreal.network.read_device import is_file, read_device
 from posreal.units import exact_quantity
@@ -78,7 +77,7 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
     for word in rest:
         match = _ASSIGNMENT.fullmatch(word.strip())
         if match is None:
-            raise BadInput(f"{word!r} is not an assignment such as c=2.1e4; quote a device that has spaces in it")
+            raise BadInput(f"{shown(word)} is not an assignment such as c=2.1e4; quote a device that has spaces in it")
         name, value = match.groups()
         if chosen is not None and name in chosen.network.names:
             elements[name] = value.strip()
@@ -86,7 +85,7 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
             vehicle[name] = value.strip()
         else:
             of_layout = f"the elements {listed(chosen.network.names)} of {chosen.name}, and " if chosen else ""
-            raise BadInput(f"unknown parameter {name!r}; accepted are {of_layout}the vehicle's {listed(known)}")
+            raise BadInput(f"unknown parameter {shown(name)}; accepted are {of_layout}the vehicle's {listed(known)}")
     if chosen is None:
         device = read_device(text)
         return evaluate(problem.with_vehicle({**_chosen_in(text, problem), **vehicle}), device)
@@ -119,8 +118,7 @@ def _chosen_in(text: str, problem: Problem) -> dict[str, float]:
     if not (problem.free and is_file(text.strip())):
         return {}
     try:
-        document = json.loads(Path(text.strip()).read_text(encoding="utf-8"))
-        given = document["design"]["parameters"]
-    except (json.JSONDecodeError, KeyError, TypeError):
+        given = read_json(text.strip())["design"]["parameters"]
+    except (BadInput, KeyError, TypeError):  # a file of another kind, which has been read as a device
         return {}
     return {name: given[name] for name in problem.free if isinstance(given, dict) and name in given}

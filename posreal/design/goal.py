@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, shown
 from posreal.metric import Measured
 
 _TERM = re.compile(r"(?:([0-9.eE+-]*[0-9.])\s*\*?\s*)?([A-Za-z]\w*)")
@@ -61,6 +61,6 @@ def weighted_sum(text: str) -> Goal:
         except ValueError:
             match, weight = None, 1.0
         if match is None or not (weight > 0 and math.isfinite(weight)):
-            raise BadInput(f"{text!r} is not a sum of metrics with weights above 0, such as J1 + 0.001*J3")
+            raise BadInput(f"{shown(text)} is not a sum of metrics with weights above 0, such as J1 + 0.001*J3")
         parts.append((match[2], weight))
     return Goal("sum", tuple(parts))

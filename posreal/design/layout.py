@@ -24,12 +24,13 @@ from pathlib import Path
 from typing import Any
 
 from posreal.design.problem import Problem
-from posreal.errors import BadDevice, BadInput, hint, listed
+from posreal.errors import BadDevice, BadInput, hint, listed, plain, shown
+from posreal.files import read_toml
 from posreal.network import Network, parse
 from posreal.units import quantity
-from posreal.vehicle import read_toml
 
 ROLES = ("static spring", "bush")
+_LEAST, _MOST = 1e-300, 1e300  # of an element
 _UNITS = {"k": "N/m", "c": "N*s/m", "b": "kg"}
 _WIDEST = {"k": (1e3, 1e9), "c": (1.0, 1e7), "b": (0.1, 1e6)}
 """Bounds of an element for which a file gives none: what a road or rail vehicle could carry."""
@@ -70,15 +71,21 @@ class Layout:
 
     def fits(self, problem: Problem) -> bool:
         """Whether the vehicle has what the layout's roles stand for."""
-        return all(rule.role is None or rule.role in problem.roles for rule in self.rules.values())
+        return self.roles <= set(problem.roles)
+
+    @property
+    def roles(self) -> set[str]:
+        """The parts of a vehicle that elements stand for or have a value or a bound from."""
+        named = [text for rule in self.rules.values() for text in (rule.role, rule.fixed, *(rule.bounds or ()))]
+        return {text for text in named if isinstance(text, str)}
 
     def require(self, problem: Problem) -> None:
         """Refuse a problem whose vehicle has no place for this layout."""
         if not self.fits(problem):
-            missing = listed(sorted({r.role for r in self.rules.values() if r.role} - set(problem.roles)))
+            missing = listed(sorted(self.roles - set(problem.roles)))
             fitting = [entry.name for entry in layouts() if entry.fits(problem)]
             raise BadInput(
-                f"layout {self.name} contains the {missing}, which {problem.name} does not have; "
+                f"layout {plain(self.name, 40)} contains the {missing}, which {problem.name} does not have; "
                 f"layouts that fit it are {listed(fitting)}"
             )
 
@@ -96,6 +103,11 @@ class Layout:
                 continue
             low, high = rule.bounds or _WIDEST[name[0]]
             free[name] = (_value(low, problem), _value(high, problem))
+            if not free[name][0] < free[name][1]:
+                raise BadInput(
+                    f"layout {plain(self.name, 40)}: the lower bound of {name}, {free[name][0]:g}, is not below the "
+                    f"upper one, {free[name][1]:g}, in this vehicle"
+                )
         return free
 
     def settled_values(self, problem: Problem) -> dict[str, float]:
@@ -121,8 +133,8 @@ class Layout:
         lacking = [name for name in network.names if name not in network.exact_values()]
         if lacking:
             raise BadDevice(
-                f"layout {self.name} ({self.network}) needs a value for {listed(lacking).replace(' or ', ' and ')}, "
-                f"such as {lacking[0]}={_example(lacking[0])}"
+                f"layout {plain(self.name, 40)} ({plain(self.network)}) needs a value for "
+                f"{listed(lacking).replace(' or ', ' and ')}, such as {lacking[0]}={_example(lacking[0])}"
             )
         return network
 
@@ -153,7 +165,7 @@ def layout(name: str | Path) -> Layout:
         return read_layout(text)
     known = sorted(path.name.removesuffix(".toml") for path in _folder().iterdir())
     if text not in known:
-        raise BadInput(f"unknown layout {text!r}; {hint(text, [*known, 'a path ending in .toml'])}")
+        raise BadInput(f"unknown layout {shown(text)}; {hint(text, [*known, 'a path ending in .toml'])}")
     return _shipped(text)
 
 
@@ -177,47 +189,54 @@ def read_layout(path: Any) -> Layout:
         Naming the file, the key and what would be accepted.
     """
     path = Path(str(path))
-    document = read_toml(path)
-    _known(document, ("network", "source", "description", "elements", "published"), str(path))
+    document, where = read_toml(path), plain(path)
+    _known(document, ("network", "source", "description", "elements", "published"), where)
     if not isinstance(document.get("network"), str):
-        raise BadInput(f'{path} has no network; give a line such as network = "k | (c + b)"')
+        raise BadInput(f'{where} has no network; give a line such as network = "k | (c + b)"')
     try:
         network = parse(document["network"])
     except BadDevice as error:
-        raise BadInput(f"{path}: network: {error}") from None
+        raise BadInput(f"{where}: network: {error}") from None
+    if network.counts.levers:
+        raise BadInput(f"{where}: network: a lever has no place in a layout; give springs, dampers and inerters")
     rules = {}
-    for name, table in _table(document, "elements", path).items():
+    for name, table in _table(document, "elements", where).items():
         if name not in network.names:
-            raise BadInput(f"{path}: [elements.{name}] is not in the network; its elements are {listed(network.names)}")
-        rules[name] = _rule(name, table, f"{path}: [elements.{name}]")
+            raise BadInput(
+                f"{where}: [elements.{plain(name, 40)}] is not in the network; its elements are {listed(network.names)}"
+            )
+        rules[name] = _rule(name, table, f"{where}: [elements.{plain(name, 40)}]")
+    rows = document.get("published", [])
+    if not isinstance(rows, list):
+        raise BadInput(f"{where}: published must be tables such as [[published]]")
     return Layout(
         path.stem,
         network,
         str(document.get("source", "")),
         str(document.get("description", "")),
         rules,
-        tuple(_published(row, f"{path}: [[published]]") for row in document.get("published", [])),
+        tuple(_published(row, f"{where}: [[published]]", network) for row in rows),
     )
 
 
-def _table(document: Mapping[str, Any], key: str, path: Path) -> Mapping[str, Any]:
+def _table(document: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
     table = document.get(key, {})
     if not isinstance(table, dict) or not all(isinstance(row, dict) for row in table.values()):
-        raise BadInput(f"{path}: {key} must be tables such as [{key}.k]")
+        raise BadInput(f"{where}: {key} must be tables such as [{key}.k]")
     return table
 
 
 def _known(table: Mapping[str, Any], accepted: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in accepted:
-            raise BadInput(f"{where}: unknown key {key!r}; accepted are {listed(accepted)}")
+            raise BadInput(f"{where}: unknown key {shown(key)}; accepted are {listed(accepted)}")
 
 
 def _rule(name: str, table: Mapping[str, Any], where: str) -> ElementRule:
     _known(table, ("role", "fixed", "bounds"), where)
     role = table.get("role")
-    if role is not None and role not in ROLES:
-        raise BadInput(f"{where}: unknown role {role!r}; accepted are {listed(ROLES)}")
+    if role is not None:
+        role = _role(name, role, where)
     bounds = table.get("bounds")
     limits = None
     if bounds is not None:
@@ -231,16 +250,29 @@ def _rule(name: str, table: Mapping[str, Any], where: str) -> ElementRule:
 
 
 def _number(name: str, given: Any, where: str) -> float | str:
-    if given in ROLES:
-        return str(given)
+    if isinstance(given, str) and given in ROLES:
+        return _role(name, given, where)
     if isinstance(given, str):
-        given = quantity(given, _UNITS[name[0]])
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given) or given <= 0:
-        raise BadInput(f"{where}: {given!r} is not a value; give a number above 0, text with a unit, or a role")
+        try:
+            given = quantity(given, _UNITS[name[0]])
+        except BadInput as error:
+            raise BadInput(f"{where}: {error}") from None
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not _LEAST <= given <= _MOST:
+        raise BadInput(f"{where}: {shown(given)} is not a value; give a number above 0, text with a unit, or a role")
     return float(given)
 
 
-def _published(row: Mapping[str, Any], where: str) -> Published:
+def _role(name: str, given: Any, where: str) -> str:
+    if given not in ROLES:
+        raise BadInput(f"{where}: unknown role {shown(given)}; accepted are {listed(ROLES)}")
+    if name[0] != "k":
+        raise BadInput(f"{where}: the {given} is a spring, and {name} is none")
+    return str(given)
+
+
+def _published(row: Any, where: str, network: Network) -> Published:
+    if not isinstance(row, dict):
+        raise BadInput(f"{where}: published must be tables such as [[published]]")
     accepted = (
         "table",
         "problem",
@@ -253,19 +285,28 @@ def _published(row: Mapping[str, Any], where: str) -> Published:
     )
     _known(row, accepted, where)
     try:
-        improvements = dict(row.get("improvements_percent", {}))
+        improvements = _numbers(row.get("improvements_percent", {}))
         if "improvement_percent" in row:
-            improvements[next(iter(row["figures"]))] = row["improvement_percent"]
+            improvements |= _numbers({next(iter(row["figures"])): row["improvement_percent"]})
+        network.with_values(row["values"])
         return Published(
             int(row["table"]),
             str(row["problem"]),
-            dict(row["values"]),
-            dict(row["figures"]),
-            dict(row.get("vehicle", {})),
+            _numbers(row["values"]),
+            _numbers(row["figures"]),
+            _numbers(row.get("vehicle", {})),
             improvements,
             str(row.get("note", "")),
         )
-    except (KeyError, TypeError, ValueError, StopIteration):
+    except BadDevice as error:
+        raise BadInput(f"{where}: values: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, StopIteration):
         raise BadInput(
             f"{where}: a row has table, problem, values and figures, and may have vehicle and note"
         ) from None
+
+
+def _numbers(table: Mapping[str, Any]) -> dict[str, float]:
+    if not all(math.isfinite(value) for value in table.values()):
+        raise ValueError
+    return dict(table)

@@ -11,7 +11,7 @@ import numpy as np
 from posreal.design.constraint import Range
 from posreal.design.goal import Goal, weighted_sum
 from posreal.design.problem import WORST_CASE, Problem
-from posreal.errors import BadInput, hint, listed
+from posreal.errors import BadInput, hint, listed, shown
 from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
 
 VEHICLES: tuple[type[PlanView] | type[SideView] | type[QuarterCar], ...] = (PlanView, SideView, QuarterCar)
@@ -116,11 +116,13 @@ def problem(
         For an unknown name, an option that the problem does not have, or a bad parameter.
     """
     if name not in _PROBLEMS:
-        raise BadInput(f"unknown problem {name!r}; {hint(name, _PROBLEMS)}")
+        raise BadInput(f"unknown problem {shown(name)}; {hint(name, _PROBLEMS)}")
     chosen = _PROBLEMS[name]
     if position is not None:
         if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T", "worst"):
-            raise BadInput(f"position {position!r} does not fit {name}; vertical-comfort takes L, M or T, or worst")
+            raise BadInput(
+                f"position {shown(position)} does not fit {name}; vertical-comfort takes L, M or T, or worst"
+            )
         if position == "worst":
             goal = Goal("worst", tuple((f"J1z_{point}", 1.0) for point in "LMT"))
             chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
@@ -148,20 +150,22 @@ def _minimising(chosen: Problem, objective: str) -> Problem:
     if isinstance(chosen.vehicle, SideView):
         if objective != "whole-band" or chosen.goal is not None:
             raise BadInput(
-                f"objective {objective!r} does not fit {chosen.name} here; it takes whole-band, the ride without its "
-                "end at 20 Hz, at one of the positions L, M and T"
+                f"objective {shown(objective)} does not fit {chosen.name} here; it takes whole-band, the ride without "
+                "its end at 20 Hz, at one of the positions L, M and T"
             )
         return dataclasses.replace(chosen, objective=f"{chosen.objective}_whole")
     if not isinstance(chosen.vehicle, QuarterCar):
-        raise BadInput(f"objective {objective!r} does not fit {chosen.name}; quarter-car and vertical-comfort take one")
+        raise BadInput(
+            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car and vertical-comfort take one"
+        )
     known = ("J1", "J3", "gain_acceleration", "gain_tyre_force")
     if objective in known:
         return dataclasses.replace(chosen, objective=objective)
     goal = weighted_sum(objective) if "+" in objective else None
     if goal is None or not all(part in known for part, _ in goal.parts):
         raise BadInput(
-            f"objective {objective!r} does not fit {chosen.name}; quarter-car takes J1 or J3, gain_acceleration or "
-            "gain_tyre_force, or a weighted sum such as J1 + 0.001*J3"
+            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car takes J1 or J3, gain_acceleration "
+            "or gain_tyre_force, or a weighted sum such as J1 + 0.001*J3"
         )
     return dataclasses.replace(chosen, objective=goal.name, goal=goal)
 
@@ -177,7 +181,7 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
     known = [name for name, metric in problem.vehicle.metrics.items() if metric.better == "less"]
     for name, value in limits.items():
         if name not in known:
-            raise BadInput(f"{name!r} cannot be limited in {problem.name}; {hint(name, known)}")
+            raise BadInput(f"{shown(name)} cannot be limited in {problem.name}; {hint(name, known)}")
         if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "inertance"))):
             raise BadInput(f"the limit of {name} is {value:g}; it must be finite and greater than 0")
     return dataclasses.replace(problem, at_most={**problem.at_most, **{n: float(v) for n, v in limits.items()}})

@@ -26,7 +26,7 @@ from posreal.admittance.positive_real import require
 from posreal.design.goal import Goal
 from posreal.design.named import limited
 from posreal.design.problem import Problem
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, listed, shown
 from posreal.network.read_device import read_device
 from posreal.plant.plant import Plant
 from posreal.vehicle import UserPlant
@@ -108,7 +108,7 @@ def problem_from_plant(
     for kind, names, chosen in (("input", inputs, w), ("input", inputs, f), ("output", outputs, v)):
         for i in chosen:
             if chosen.count(i) > 1:
-                raise BadInput(f"the {kind} {names[i]!r} is given twice")
+                raise BadInput(f"the {kind} {shown(names[i])} is given twice")
     if not w:
         raise BadInput(f"give at least one disturbance of {listed(inputs)}")
     if set(w) & set(f):
@@ -143,7 +143,7 @@ def problem_from_plant(
         raise BadInput("behind the device stands a spring or nothing; make anything else a part of the plant")
     own = UserPlant(plant, around[0], around[1], name)
     if objective not in ("rms", "gain"):
-        raise BadInput(f"unknown objective {objective!r}; accepted are rms or gain")
+        raise BadInput(f"unknown objective {shown(objective)}; accepted are rms or gain")
     goal = _goal(plant, objective, wanted, weights)
     metric = f"{objective}_{wanted[0]}" if goal is None else goal.name
     for output in wanted if goal is None else [part.removeprefix("rms_") for part, _ in goal.parts]:
@@ -227,7 +227,7 @@ def _indices(kind: str, known: Sequence[str], wanted: Sequence[str] | str) -> li
     names = [wanted] if isinstance(wanted, str) else list(wanted)
     for one in names:
         if one not in known:
-            raise BadInput(f"the plant has no {kind} {one!r}; it has {listed(known)}")
+            raise BadInput(f"the plant has no {kind} {shown(one)}; it has {listed(known)}")
     if not names and kind != "disturbance":
         raise BadInput(f"give at least one {kind} of {listed(known)}")
     return [list(known).index(one) for one in names]

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, shown
 from posreal.network import railtext
 from posreal.network.graph import Graph
 from posreal.network.railtext import Box
@@ -59,7 +59,7 @@ def diagram(
     """
     for label in terminals:
         if len(label) > width // 4 or not label.isprintable() or (ascii and not label.isascii()):
-            raise BadInput(f"The terminal {label!r} cannot be drawn; give up to {width // 4} plain characters.")
+            raise BadInput(f"The terminal {shown(label)} cannot be drawn; give up to {width // 4} plain characters.")
     if width < NARROWEST:
         raise BadInput(f"A diagram {width} columns wide cannot be read; give {NARROWEST} or more.")
     left, right = terminals

@@ -24,7 +24,7 @@ from functools import cached_property
 from typing import Any
 
 from posreal.admittance.rational import Rational
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, shown
 from posreal.network.nodal import nodal_admittance
 from posreal.network.response import NodalStep
 from posreal.network.tree import DEEPEST, Element, Network, refuse_twins
@@ -75,18 +75,18 @@ class Graph(Network):
     def __post_init__(self) -> None:
         number: dict[Hashable, int] = {self.terminals[0]: 1, self.terminals[1]: 0}
         if len(number) < 2:
-            raise BadDevice(f"Both terminals are node {self.terminals[0]!r}; a device has two.")
+            raise BadDevice(f"Both terminals are node {shown(self.terminals[0])}; a device has two.")
         branches, levers = [], []
         for *ends, part in self.branches:
             if len(ends) != 2 or not isinstance(part, Network):
-                raise BadDevice(f"{(*ends, part)!r} is not a branch; give (node, node, Network).")
+                raise BadDevice(f"{shown((*ends, part))} is not a branch; give (node, node, Network).")
             u, v = (number.setdefault(end, len(number)) for end in ends)
             if u == v:
-                raise BadDevice(f"The branch {part} begins and ends at node {ends[0]!r}; give it two nodes.")
+                raise BadDevice(f"The branch {part} begins and ends at node {shown(ends[0])}; give it two nodes.")
             branches.append((u, v, part))
         for *ends, lever in self.levers:
             if len(ends) != 3 or len(set(ends)) != 3 or not isinstance(lever, Lever):
-                raise BadDevice(f"{(*ends, lever)!r} is not a lever; give (near, pivot, far, Lever), three nodes.")
+                raise BadDevice(f"{shown((*ends, lever))} is not a lever; give (near, pivot, far, Lever), three nodes.")
             a, m, b = (number.setdefault(end, len(number)) for end in ends)
             levers.append((a, m, b, lever))
         object.__setattr__(self, "branches", tuple(branches))

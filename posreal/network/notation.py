@@ -17,7 +17,7 @@ import re
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, plain, shown
 from posreal.network.graph import Graph, Lever
 from posreal.network.tree import (
     DEEPEST,
@@ -59,7 +59,7 @@ def parse(text: str) -> Network:
     ('k=245000 | c=21000 + b', False)
     """
     if not isinstance(text, str):
-        raise BadDevice(f"{text!r} is not text; write a network such as 'k=2e5 | (c=2e4 + b=300)'.")
+        raise BadDevice(f"{shown(text)} is not text; write a network such as 'k=2e5 | (c=2e4 + b=300)'.")
     if len(text) > LONGEST:
         raise BadDevice(f"This text has {len(text)} characters; a network is read up to {LONGEST}.")
     return _Reader(text).whole()
@@ -107,7 +107,7 @@ class _Reader:
         element = self.element("an element such as 'k=2e5', 'c' or 'b1', '(' or '{'")
         if not isinstance(element, Network):
             raise BadDevice(
-                f"The lever {element.name or 'n'} stands on three nodes; write it in braces, '1-2-3: n=0.5'."
+                f"The lever {plain(element.name or 'n', 32)} stands on three nodes; write it in braces, '1-2-3: n=0.5'."
             )
         return element
 
@@ -125,7 +125,9 @@ class _Reader:
             else:
                 lever = self.element("a lever such as 'n=0.5'")
                 if not isinstance(lever, Lever):
-                    raise BadDevice(f"{ends.group().strip()} names three nodes, which takes a lever such as 'n=0.5'.")
+                    raise BadDevice(
+                        f"{plain(ends.group().strip(), 60)} names three nodes, which takes a lever such as 'n=0.5'."
+                    )
                 levers.append((u, v, w, lever))
             if self.peek() == "}":
                 break
@@ -142,7 +144,7 @@ class _Reader:
         name, value = match["element"], match["value"]
         kind = _KINDS.get(name[0])
         if kind is None:
-            self.wrong(f"a name beginning with k (spring), c (damper) or b (inerter), not {_shown(name)!r}")
+            self.wrong(f"a name beginning with k (spring), c (damper) or b (inerter), not {shown(name)}")
         self.count += 1
         if self.count > MOST:
             raise BadDevice(f"This network has more than {MOST} elements; that is as many as are read.")
@@ -152,7 +154,7 @@ class _Reader:
         try:
             return kind(read_quantity(value.strip(), kind), name)  # type: ignore[call-arg]
         except BadDevice as error:
-            raise BadDevice(f"{_shown(name)} at position {match.start('element')}: {error}") from None
+            raise BadDevice(f"{plain(name, 32)} at position {match.start('element')}: {error}") from None
 
     def peek(self) -> str:
         while self.at < len(self.text) and self.text[self.at].isspace():
@@ -167,9 +169,5 @@ class _Reader:
 
     def wrong(self, wanted: str) -> NoReturn:
         found = self.peek()
-        what = f"{found!r} at position {self.at}" if found else "the end"
+        what = f"{shown(found)} at position {self.at}" if found else "the end"
         raise BadDevice(f"A network was read up to {what}, where {wanted} would be accepted.")
-
-
-def _shown(text: str) -> str:
-    return text if len(text) <= 32 else text[:29] + "..."

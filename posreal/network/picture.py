@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, listed, shown
 from posreal.files import write_whole
 from posreal.network.geometry import LENGTH, Beam, Geometry, Placed, geometry
 from posreal.network.tree import Network
@@ -45,7 +45,7 @@ def picture(
         Dots per inch of a PNG.
     """
     if format not in FORMATS:
-        raise BadInput(f"A picture cannot be made as {format!r}; give {listed(FORMATS)}.")
+        raise BadInput(f"A picture cannot be made as {shown(format)}; give {listed(FORMATS)}.")
     plan = geometry(network)
     drawing = _drawn(plan, terminals, values, digits)
     if format == "svg":

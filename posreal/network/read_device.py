@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import json
+import os
 import re
+import stat
 from pathlib import Path
 from typing import Any
 
 from posreal.admittance import Rational, as_rational
-from posreal.errors import BadDevice, BadInput
+from posreal.errors import BadDevice, BadInput, plain
+from posreal.files import json_document, read_text
 from posreal.network.notation import parse
 from posreal.network.tree import Network
 
-_LARGEST = 1_000_000  # bytes of a device file
 _ELEMENT = re.compile(r"\s*[({\s]*[kcb]\w*\s*(=|[|+)]|$)")
 
 
@@ -33,28 +34,24 @@ def read_device(text: str) -> Network | Rational | None:
 
 def is_file(text: str) -> bool:
     """Whether this names a file rather than a device."""
-    return text.endswith((".json", ".txt", ".net")) or (len(text) < 4096 and "\n" not in text and Path(text).is_file())
+    if text.endswith((".json", ".txt", ".net")):
+        return "\n" not in text
+    try:
+        return stat.S_IFMT(os.stat(text).st_mode) != stat.S_IFDIR  # a pipe too, to be refused as what it is
+    except (OSError, ValueError):  # most networks are no names that a file could have
+        return False
 
 
 def _from_file(path: Path) -> Network | Rational | None:
-    try:
-        if path.stat().st_size > _LARGEST:
-            raise BadInput(f"{path} is larger than {_LARGEST} bytes; a device is a page of text")
-        text = path.read_text(encoding="utf-8").strip()
-    except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{path} is not a text file in UTF-8") from None
+    text = read_text(path).strip()
     try:
         if not text.startswith("{") or '"' not in text:
             if is_file(text):
-                raise BadInput(f"{path} names another file; give a file that holds a device")
+                raise BadInput(f"{plain(path)} names another file; give a file that holds a device")
             return read_device(text)
-        return _from_json(json.loads(text))
-    except json.JSONDecodeError as error:
-        raise BadInput(f"{path} is not valid JSON: {error}") from None
+        return _from_json(json_document(text, path))
     except BadDevice as error:
-        raise BadDevice(f"{path}: {error}") from None
+        raise BadDevice(f"{plain(path)}: {error}") from None
 
 
 def _from_json(document: Any) -> Network | Rational:

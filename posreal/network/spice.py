@@ -33,7 +33,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, shown
 from posreal.network.circuit import Circuit, circuit
 from posreal.network.graph import Graph
 from posreal.network.response import Array
@@ -102,7 +102,7 @@ def spice(
     if not 0 < low < high < float("inf") or per_decade < 1:
         raise BadInput(f"{low:g} … {high:g} Hz is no range of frequencies; give two positive ones, the lower first.")
     if not title.isprintable():
-        raise BadInput(f"The title {title!r} is not one line of text; give one.")
+        raise BadInput(f"The title {shown(title)} is not one line of text; give one.")
     flat = circuit(network)
     decades = math.log10(high / low)
     omega = 2 * np.pi * np.geomspace(low, high, 2 + int(POINTS * decades))

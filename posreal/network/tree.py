@@ -26,7 +26,7 @@ from flint import fmpq
 from numpy.typing import ArrayLike, NDArray
 
 from posreal.admittance.rational import Rational
-from posreal.errors import BadDevice, BadInput, listed
+from posreal.errors import BadDevice, BadInput, listed, shown
 from posreal.network.response import ParallelStep, Response, SeriesStep, Step, compiled
 from posreal.network.value import Value, read_value, write_value
 from posreal.units import exact_quantity
@@ -63,7 +63,7 @@ class Element(ABC):
         if self.name is not None:
             if not isinstance(self.name, str) or not _NAME.fullmatch(self.name) or self.name[0] != self.letter:
                 raise BadDevice(
-                    f"{self.name!r} cannot name a {self.kind}; take {self.letter}, then letters, digits or _."
+                    f"{shown(self.name)} cannot name a {self.kind}; take {self.letter}, then letters, digits or _."
                 )
             if self.name == self.letter:
                 object.__setattr__(self, "name", None)
@@ -200,7 +200,7 @@ class Network(ABC):
         """
         unknown = [name for name in values if name not in self.names]
         if unknown:
-            raise BadDevice(f"There is no element {unknown[0]!r} here; give {listed(self.names)}.")
+            raise BadDevice(f"There is no element {shown(unknown[0])} here; give {listed(self.names)}.")
         return self._rebuilt(
             _valued(element, name, values[name]) if name in values else element
             for name, element in zip(self.names, self.elements(), strict=True)
@@ -358,7 +358,9 @@ class _Joined(Network):
         flat: list[Network] = []
         for child in self.children:
             if not isinstance(child, Network):
-                raise BadDevice(f"{child!r} is not a network; give Spring, Damper, Inerter, or what is made of them.")
+                raise BadDevice(
+                    f"{shown(child)} is not a network; give Spring, Damper, Inerter, or what is made of them."
+                )
             flat.extend(child.children if isinstance(child, type(self)) else (child,))
         if len(flat) < 2:
             raise BadDevice(f"{type(self).__name__} joins two networks or more and got {len(flat)}.")
@@ -443,7 +445,7 @@ def refuse_twins(elements: Iterable[Element]) -> None:
     seen: set[str] = set()
     for name in (element.name for element in elements if element.name):
         if name in seen:
-            raise BadDevice(f"Two elements are called {name!r}; rename one, or drop names with .unnamed().")
+            raise BadDevice(f"Two elements are called {shown(name)}; rename one, or drop names with .unnamed().")
         seen.add(name)
 
 

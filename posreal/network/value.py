@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 from flint import fmpq, fmpz
 
 from posreal.admittance import exact
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, shown
 
 Value: TypeAlias = "int | float | Fraction | str | fmpq"
 
@@ -36,7 +36,7 @@ def read_value(value: Any, whose: str = "The value") -> Fraction:
     if isinstance(value, Fraction):
         number = value
     elif isinstance(value, bool):
-        raise BadDevice(f"{whose} is {value!r}, which is not a number; give one such as 2.45e5.")
+        raise BadDevice(f"{whose} is {shown(value)}, which is not a number; give one such as 2.45e5.")
     elif isinstance(value, str | fmpq | fmpz | Integral | RationalNumber):
         number = exact.to_fraction(exact.to_fmpq(value))  # type: ignore[arg-type]
     elif isinstance(value, Real) or type(value).__name__ == "Decimal":
@@ -45,7 +45,7 @@ def read_value(value: Any, whose: str = "The value") -> Fraction:
             raise BadDevice(f"{whose} is {text}; give a finite number.")
         number = exact.to_fraction(exact.to_fmpq(text))
     else:
-        raise BadDevice(f"{whose} is {value!r}, which is not a number; give one such as 2.45e5.")
+        raise BadDevice(f"{whose} is {shown(value)}, which is not a number; give one such as 2.45e5.")
     size = abs(exact.to_float(number))
     if number and not 1e-300 <= size <= 1e300:
         raise BadDevice(f"{whose} is out of range; give a number between 1e-300 and 1e300.")

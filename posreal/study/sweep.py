@@ -17,7 +17,7 @@ import numpy as np
 
 from posreal.admittance import Rational
 from posreal.design import Design, Problem, metrics_to_dict
-from posreal.errors import BadInput, Infeasible
+from posreal.errors import BadInput, Infeasible, shown
 from posreal.metric import Measured
 from posreal.text_table import percent, table
 from posreal.vehicle import override
@@ -250,7 +250,7 @@ def read_range(text: str) -> tuple[str, list[float]]:
             raise ValueError
     except ValueError:
         raise BadInput(
-            f"{text!r} is not a range such as V=10:55:10 (parameter=first:last:number of values, at most {_MOST})"
+            f"{shown(text)} is not a range such as V=10:55:10 (parameter=first:last:number of values, at most {_MOST})"
         ) from None
     return name, np.linspace(first, last, count).tolist()
 

@@ -1,7 +1,7 @@
 """What a device rides in: vehicles cut open at a port, tracks, and the figures by which a suspension is judged."""
 
 from posreal.plant.plant import ClosedLoop, Plant, PortResponses, close
-from posreal.vehicle.parameters import described, from_file, override, parameters, read_toml
+from posreal.vehicle.parameters import described, from_file, override, parameters
 from posreal.vehicle.place import Place
 from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
@@ -25,5 +25,4 @@ __all__ = [
     "measure",
     "override",
     "parameters",
-    "read_toml",
 ]

@@ -11,17 +11,16 @@ them, one table a vehicle, each value a number in the field's SI unit or a strin
 from __future__ import annotations
 
 import dataclasses
-import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from posreal.errors import BadInput, hint, listed
+from posreal.errors import BadInput, hint, listed, plain, shown
+from posreal.files import read_toml
 from posreal.units import quantity
 
 T = TypeVar("T")
-_LARGEST_FILE = 1_000_000  # bytes: a vehicle file is a page of text
+SMALLEST, LARGEST = 1e-30, 1e30  # in SI units, other than 0: products of a few are numbers that a float holds
 
 
 def parameter(default: float, unit: str, meaning: str, *, source: str, may_be_zero: bool = False) -> Any:
@@ -71,10 +70,12 @@ def validated(vehicle: Any) -> None:
         value, unit = getattr(vehicle, field.name), field.metadata["unit"]
         low = "at least 0" if field.metadata["may_be_zero"] else "greater than 0"
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise BadInput(f"{field.name} must be a number in {unit}, not {value!r}")
-        if not math.isfinite(value) or value < 0 or (value == 0 and not field.metadata["may_be_zero"]):
+            raise BadInput(f"{field.name} must be a number in {unit}, not {shown(value)}")
+        if not (SMALLEST <= value <= LARGEST or (value == 0 and field.metadata["may_be_zero"])):
+            size = f"{value:g}" if isinstance(value, float) else plain(value, 30)
             raise BadInput(
-                f"{field.name} ({field.metadata['meaning']}) is {value:g} {unit}; it must be finite and {low}"
+                f"{field.name} ({field.metadata['meaning']}) is {size} {unit}; it must be finite and {low}"
+                + (f", from {SMALLEST:g} to {LARGEST:g}" if value > 0 else "")
             )
 
 
@@ -97,7 +98,7 @@ def override(vehicle: T, values: Mapping[str, Any], *, where: str = "parameters"
     replaced: dict[str, float] = {}
     for name, value in values.items():
         if name not in fields:
-            raise BadInput(f"{where}: unknown parameter {name!r}; {hint(name, fields)}")
+            raise BadInput(f"{where}: unknown parameter {shown(name)}; {hint(name, fields)}")
         unit = fields[name].metadata["unit"]
         try:
             replaced[name] = quantity(value, unit) if isinstance(value, str) else value
@@ -108,35 +109,15 @@ def override(vehicle: T, values: Mapping[str, Any], *, where: str = "parameters"
     return dataclasses.replace(vehicle, **replaced)  # type: ignore[type-var]
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """The tables of a TOML file, or one sentence about why it cannot be read.
-
-    Raises
-    ------
-    BadInput
-        If the file does not exist, is too large, or is not TOML (with the line that is at fault).
-    """
-    path = Path(path)
-    try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise BadInput(f"{path} is larger than {_LARGEST_FILE} bytes; a file of parameters is a page of text")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{path} is not a text file in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{path} is not valid TOML: {error}") from None
-
-
 def from_file(vehicle: T, path: str | Path, table: str, known_tables: tuple[str, ...]) -> T:
     """Lay table `table` of a TOML file over `vehicle`; other known tables may be present, unknown ones not."""
     document = read_toml(path)
     for name, content in document.items():
         if name not in known_tables or not isinstance(content, dict):
             raise BadInput(
-                f"{path}: unknown table or key {name!r} at the top; accepted are the tables {listed(known_tables)}"
+                f"{plain(path)}: unknown table or key {shown(name)} at the top; "
+                f"accepted are the tables {listed(known_tables)}"
             )
     if table not in document:
-        raise BadInput(f"{path} has no table [{table}], the vehicle of this problem")
-    return override(vehicle, document[table], where=f"{path} [{table}]")
+        raise BadInput(f"{plain(path)} has no table [{table}], the vehicle of this problem")
+    return override(vehicle, document[table], where=f"{plain(path)} [{table}]")

@@ -239,5 +239,68 @@ def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(BadInput, match="cannot read"):
         Bound.load(tmp_path / "missing.json")
     (tmp_path / "binary.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(BadInput, match="not valid JSON"):
+    with pytest.raises(BadInput, match="not a text file"):
         Bound.load(tmp_path / "binary.json")
+
+
+def test_a_certificate_says_what_was_proven():
+    """A vehicle that runs at 100 m/s, or a road ten thousand times as rough, is another claim under the same name."""
+    fast = bound(SIDE.with_vehicle({"V": 100.0}), L=2, omega0=10)
+    lines = fast.described()
+    assert "vehicle: side-view of vertical-comfort, with V = 100 m/s, not 55" in lines
+    assert any("acceleration_T over all frequencies" in line for line in lines)
+    assert any(line.startswith("input: white noise of single-sided density") for line in lines)
+    usual = bound(SIDE, L=2, omega0=10)
+    assert "vehicle: side-view of vertical-comfort, as it comes" in usual.described()
+    about = usual.figure
+    rough = dataclasses.replace(about, plant=dataclasses.replace(about.plant, density=1e4 * about.plant.density))
+    stated = bound(rough, L=2, omega0=10).described()
+    assert any(f"density {1e4 * about.plant.density:.6g} per rad/s" in line for line in stated)
+    assert any(line.startswith("plant: one of the file's own, ") for line in stated)
+
+
+def test_a_gain_has_no_density():
+    found = bound(problem("quarter-car", objective="gain_acceleration"), L=4, omega0=20)
+    assert "input: any, of any frequency; a gain has no density" in found.described()
+
+
+def test_text_of_a_file_is_shown_on_its_line(plain):
+    document = plain.to_dict()
+    document["best"]["label"] = "good\n\x1b[2Jproven again: J1 ≥ 9 m/s^2\u202e"
+    shown = str(from_dict(document))
+    assert r"good\n\x1b[2Jproven again: J1 ≥ 9 m/s^2\u202e" in shown
+    assert all(line.isprintable() for line in shown.split("\n"))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda d: d["bound"].update(value=1e308), "not a number of at most"),
+        (lambda d: d["bound"].update(value=10**400), "not a number of at most"),
+        (lambda d: d["best"].update(value=0), "gap_percent"),
+        (lambda d: d["about"]["vehicle"].update(ms=1e99), "ms"),
+        (lambda d: d["certificate"]["factor"][0].__setitem__(0, 1e308), "not a number of at most"),
+        (lambda d: d["about"].update(problem=["x"] * 50_000), "problem is"),
+    ],
+)
+def test_numbers_beyond_all_reason_are_refused(plain, change, says):
+    document = copy.deepcopy(plain.to_dict())
+    change(document)
+    with pytest.raises(BadInput, match=says) as caught:
+        from_dict(document)
+    assert len(str(caught.value)) < 500
+
+
+def test_a_proof_on_disk_is_replaced_whole_or_not_at_all(plain, tmp_path, monkeypatch):
+    path = tmp_path / "proof.json"
+    plain.save(path)
+    before = path.read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(BadInput, match="No space left"):
+        plain.save(path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["proof.json"]

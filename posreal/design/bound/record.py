@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +16,23 @@ import numpy as np
 from flint import fmpq
 
 from posreal.admittance import Rational
-from posreal.admittance.exact import to_fmpq, to_text
-from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
+from posreal.admittance.exact import to_float, to_fmpq, to_text
+from posreal.design.bound.ports import PEAK, SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
 from posreal.design.bound.search import LIFTED, PLAIN, Certificate
 from posreal.design.bound.space import Point, width
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
-from posreal.errors import BadDevice, BadInput, listed
+from posreal.errors import BadInput, listed, plain, shown
+from posreal.files import read_json, write_whole
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, ShapingFilter
 from posreal.vehicle import QuarterCar, parameters
+from posreal.vehicle import described as described_parameters
 
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
+_LARGEST = 1e100  # of a number: products of three are numbers that a float holds
 _LARGEST_FACTOR = 300  # rows: what a check takes a minute for
 _LARGEST_PLANT = 60  # states
 _PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
@@ -67,11 +69,8 @@ def to_dict(bound: Bound) -> dict[str, Any]:
 
 
 def save(bound: Bound, path: str | Path) -> None:
-    """Write `to_dict` to a file."""
-    try:
-        Path(path).write_text(json.dumps(to_dict(bound), allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror or error}") from None
+    """Write `to_dict` to a file, whole or not at all."""
+    write_whole(path, (json.dumps(to_dict(bound), allow_nan=False) + "\n").encode())
 
 
 def load(path: str | Path) -> Bound:
@@ -82,17 +81,11 @@ def load(path: str | Path) -> Bound:
     BadInput
         If it cannot be read, is no certificate, or contradicts itself.
     """
-    path = Path(path)
+    document = read_json(path, _LARGEST_FILE)
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise BadInput(f"it is larger than {_LARGEST_FILE} bytes; a certificate is a few hundred kilobytes")
-        return from_dict(json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_constant))
-    except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror or error}") from None
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise BadInput(f"{path} is not valid JSON: {error}") from None
-    except (BadInput, BadDevice) as error:
-        raise BadInput(f"{path}: {error}") from None
+        return from_dict(document)
+    except BadInput as error:
+        raise BadInput(f"{plain(path)}: {error}") from None
 
 
 def from_dict(document: Any) -> Bound:
@@ -111,15 +104,15 @@ def from_dict(document: Any) -> Bound:
         ("format", "bound", "holds_for", "passive", "best", "gap_percent", "seconds", "about", "certificate"),
     )
     if not isinstance(top["passive"], bool):
-        raise BadInput(f"passive is {top['passive']!r}; accepted are true or false")
+        raise BadInput(f"passive is {shown(top['passive'])}; accepted are true or false")
     if top["format"] != _FORMAT:
-        raise BadInput(f"format is {top['format']!r}; this version reads {_FORMAT!r}")
+        raise BadInput(f"format is {shown(top['format'])}; this version reads {shown(_FORMAT)}")
     claim = _table(top["bound"], "bound", ("value", "unit", "metric", "kind"))
     numbers = _table(
         top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers", "functional")
     )
     if numbers["form"] not in (PLAIN, LIFTED):
-        raise BadInput(f"form is {numbers['form']!r}; accepted are {PLAIN} or {LIFTED}")
+        raise BadInput(f"form is {shown(numbers['form'])}; accepted are {PLAIN} or {LIFTED}")
     about, named, weights = _about(top["about"])
     found = Bound(
         _number(claim["value"], "the bound's value"),
@@ -136,11 +129,66 @@ def from_dict(document: Any) -> Bound:
     derived = {"unit": found.unit, "metric": found.metric, "kind": found.kind, "holds_for": found.devices}
     for name, value in derived.items():
         if stated[name] != value:
-            raise BadInput(f"{name} is stated as {stated[name]!r}, and what the certificate is about has {value!r}")
+            raise BadInput(
+                f"{name} is stated as {shown(stated[name])}, and what the certificate is about has {shown(value)}"
+            )
     gap, said = found.gap_percent, top["gap_percent"]
     if (gap is None) != (said is None) or (gap is not None and abs(gap - _number(said, "gap_percent")) > 1e-6):
-        raise BadInput(f"gap_percent is stated as {said!r}, and bound and best give {gap!r}")
+        raise BadInput(f"gap_percent is stated as {shown(said)}, and bound and best give {shown(gap)}")
     return found
+
+
+# --- what a reader is told ------------------------------------------------------------------------------------
+
+_COMBINED = {
+    SQUARES: "the root of the sum of the mean squares of {} over all frequencies",
+    SUM: "the sum of the root mean squares of {} over all frequencies",
+    PEAK: "the largest gain to {} over all frequencies",
+}
+
+
+def described(bound: Bound) -> list[str]:
+    """What was proven, of what, a line each: a file may hold another vehicle than its reader thinks of."""
+    about, plant = bound.figure, bound.figure.plant
+    parts = []
+    for name, weight in about.weights.items():
+        factor = to_float(weight) ** 0.5
+        parts.append(plain(name, 40) if weight == 1 else f"{factor:.6g} × {plain(name, 40)}")
+    said = [
+        f"figure: {plain(about.metric, 80)} [{plain(about.unit, 20)}] is "
+        + _COMBINED[about.combine].format(", ".join(parts))
+    ]
+    if bound.problem is not None and parameters(bound.problem.vehicle):
+        said.append(_vehicle_in_words(bound.problem))
+    else:
+        states, ports = len(plant.A), len(plant.groups)
+        said.append(
+            f"plant: one of the file's own, {states} states, {ports} port{'s' if ports > 1 else ''}, outputs "
+            f"{plain(', '.join(plant.outputs))}; its matrices are under about.plant"
+        )
+    around = [
+        (where, part) for where, part in (("beside", about.mounting.beside), ("behind", about.mounting.behind)) if part
+    ]
+    said.append("in the port: the device" + "".join(f", {where} it {plain(part)}" for where, part in around))
+    delays = sorted({float(delay) for delay in plant.delays})
+    said.append(
+        f"input: white noise of single-sided density {float(plant.density):.6g} per rad/s"
+        + (", through a shaping filter" if plant.shaping is not None else "")
+        + (f", reaching the inputs after {', '.join(f'{d:.6g}' for d in delays[:8])} s" if delays != [0.0] else "")
+        if about.combine != PEAK
+        else "input: any, of any frequency; a gain has no density"
+    )
+    return said
+
+
+def _vehicle_in_words(subject: Problem) -> str:
+    usual, here = problem(subject.name).vehicle, subject.vehicle
+    changed = [
+        f"{name} = {value:.6g} {unit.replace('*', ' ')}, not {getattr(usual, name):.6g}"
+        for name, value, unit, _, _ in described_parameters(here)
+        if value != getattr(usual, name)
+    ]
+    return f"vehicle: {here.name} of {subject.name}, " + ("with " + "; ".join(changed) if changed else "as it comes")
 
 
 # --- the vehicle ---------------------------------------------------------------------------------------------
@@ -181,7 +229,7 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
         return _plant_in(data), None, ()
     table = _table(data, "about", ("problem", "objective", "weights", "vehicle"))
     if table["problem"] not in [entry.name for entry in problems()]:
-        raise BadInput(f"problem is {table['problem']!r}; known are {listed(entry.name for entry in problems())}")
+        raise BadInput(f"problem is {shown(table['problem'])}; known are {listed(entry.name for entry in problems())}")
     posed = problem(table["problem"])
     if not parameters(posed.vehicle):
         raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
@@ -291,7 +339,7 @@ def _best(data: Any, about: Figure) -> Best | None:
         return None
     table = _table(data, "best", ("label", "value", "unit", "port"))
     if table["unit"] != about.unit:
-        raise BadInput(f"best is in {table['unit']!r}, and the bound in {about.unit!r}")
+        raise BadInput(f"best is in {shown(table['unit'])}, and the bound in {shown(about.unit)}")
     device = None if table["port"] is None else Rational.from_dict(table["port"])
     return Best(str(table["label"]), _number(table["value"], "best"), device)
 
@@ -304,19 +352,19 @@ def _table(data: Any, name: str, keys: tuple[str, ...]) -> dict[str, Any]:
             raise BadInput(f"{name} lacks {key}")
     for key in data:
         if key not in keys:
-            raise BadInput(f"{name} has an unknown entry {key!r}; accepted are {listed(keys)}")
+            raise BadInput(f"{name} has an unknown entry {shown(key)}; accepted are {listed(keys)}")
     return data
 
 
 def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise BadInput(f"{name} is {value!r}, not a finite number")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
+        raise BadInput(f"{name} is {shown(value)}, not a number of at most {_LARGEST:g}")
     return float(value)
 
 
 def _positive(value: Any, name: str) -> fmpq:
     if not isinstance(value, str) or len(value) > 100:
-        raise BadInput(f"{name} is {value!r}, not a short exact number in quotes")
+        raise BadInput(f"{name} is {shown(value)}, not a short exact number in quotes")
     number = to_fmpq(value)
     if number <= 0:
         raise BadInput(f"{name} is {value}; it must be above 0")
@@ -336,12 +384,8 @@ def _point_out(point: Point) -> str | list[str]:
 def _array(data: Any, name: str) -> np.ndarray:
     try:
         array = np.array(data, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError, RecursionError):
         raise BadInput(f"{name} is not an array of numbers") from None
-    if not np.all(np.isfinite(array)):
-        raise BadInput(f"{name} has entries that are not finite")
+    if not np.all(np.abs(array) <= _LARGEST):
+        raise BadInput(f"{name} has entries that are no numbers of at most {_LARGEST:g}")
     return array
-
-
-def _no_constant(text: str) -> Any:
-    raise BadInput(f"{text} is not a number that a certificate may hold")

@@ -15,6 +15,7 @@ from posreal.design.bound.search import Certificate, passive
 from posreal.design.bound.space import in_words
 from posreal.design.problem import Problem
 from posreal.design.result import Design
+from posreal.errors import plain, shown
 
 _ROUNDING = 1e-9
 """Relative: what a figure computed in floats may be off by, and what a claim leaves below its proof for another
@@ -94,7 +95,7 @@ class Bound:
     @property
     def gap_percent(self) -> float | None:
         """By how many per cent the bound is below the best design known."""
-        return None if self.best is None else 100 * (1 - self.value / self.best.value)
+        return None if self.best is None or self.best.value == 0 else 100 * (1 - self.value / self.best.value)
 
     @property
     def devices(self) -> str:
@@ -127,11 +128,11 @@ class Bound:
             value = self.figure.measure(require(self.best.device))
             if abs(value - self.best.value) > 1e-6 * value:
                 raise NotProven(
-                    f"the design {self.best.label} has {self.metric} = {value:.10g} {self.unit} ({self.kind}), "
+                    f"the design {shown(self.best.label)} has {self.metric} = {value:.10g} {self.unit} ({self.kind}), "
                     f"not {self.best.value:.10g} as stated"
                 )
         if self.best is not None and self.best.value < self.value * (1 - _ROUNDING):
-            raise NotProven(f"the design {self.best.label} is stated to be below the bound, which cannot be")
+            raise NotProven(f"the design {shown(self.best.label)} is stated to be below the bound, which cannot be")
         return proof
 
     def beside(self, best: Design | Rational | float | None, *, label: str = "") -> Bound:
@@ -166,17 +167,24 @@ class Bound:
         self.beside(design)
 
     def __str__(self) -> str:
+        unit = plain(self.unit, 20)
         lines = [
-            f"{self.metric} ≥ {self.value:.7g} {self.unit} for {self.devices}  ({self.kind})",
+            f"{plain(self.metric, 80)} ≥ {self.value:.7g} {unit} for {self.devices}  ({self.kind})",
             f"  proof: {len(self.certificate.points)} points at {in_words(self.certificate.points)}, {self.form} form; "
             "checked in ball arithmetic, no solver involved",
         ]
         if self.best is not None:
             lines.append(
-                f"  best known: {self.best.value:.7g} {self.unit} ({self.best.label}, same figure); "
+                f"  best known: {self.best.value:.7g} {unit} ({plain(self.best.label, 80)}, same figure); "
                 f"gap {self.gap_percent:.3g} %"
             )
         return "\n".join(lines)
+
+    def described(self) -> list[str]:
+        """What the figure is, of which vehicle or plant, on which track: what the proof is a proof of."""
+        from posreal.design.bound.record import described
+
+        return described(self)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able; the document is itself a certificate that `load` reads."""

@@ -12,13 +12,15 @@ import hashlib
 import json
 import math
 import os
+import stat
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, plain, shown
 
 _KIND = "posreal search"
+_LARGEST = 1_000_000_000  # bytes: a search of the largest size writes a hundredth of it
 
 
 class Checkpoint:
@@ -48,13 +50,22 @@ class Checkpoint:
         self.records: list[dict[str, Any]] = []
         self.trimmed = False
         header = {"kind": _KIND, **header}
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0)  # a pipe would hold it up
         try:
-            self._file: IO[bytes] = open(self.path, "a+b")  # noqa: SIM115  (open as long as the search runs)
-        except OSError as error:
-            raise BadInput(f"cannot write the checkpoint {self.path}: {error.strerror or error}") from None
+            # unbuffered: what a full disk did not take is not tried again when the file is closed
+            self._file = open(os.open(self.path, flags, 0o666), "a+b", buffering=0)  # noqa: SIM115
+        except (OSError, ValueError) as error:
+            raise self._unwritten(error) from None
         try:
+            there = os.fstat(self._file.fileno())
+            if not stat.S_ISREG(there.st_mode):
+                raise BadInput(f"cannot write the checkpoint {plain(self.path)}: it is not a regular file")
             self._lock()
             self._file.seek(0)
+            if there.st_size > _LARGEST:
+                raise BadInput(
+                    f"the checkpoint {plain(self.path)} is larger than {_LARGEST} bytes, more than any needs"
+                )
             self._read(self._file.read(), header)
         except BaseException:
             self._file.close()
@@ -62,12 +73,16 @@ class Checkpoint:
 
     def add(self, records: Iterable[Mapping[str, Any]]) -> None:
         """Append results and see them onto the disk."""
+        left = b"".join(_line(record) for record in records)
         try:
-            self._file.write(b"".join(_line(record) for record in records))
-            self._file.flush()
+            while left:
+                left = left[self._file.write(left) :]
             os.fsync(self._file.fileno())
         except OSError as error:  # a full disk
-            raise BadInput(f"cannot write the checkpoint {self.path}: {error.strerror or error}") from None
+            raise self._unwritten(error) from None
+
+    def _unwritten(self, error: Exception) -> BadInput:
+        return BadInput(f"cannot write the checkpoint {plain(self.path)}: {getattr(error, 'strerror', None) or error}")
 
     def close(self) -> None:
         """Close the file; it stays."""
@@ -88,7 +103,9 @@ class Checkpoint:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise BadInput(f"the checkpoint {self.path} is in use by another search; give each its own file") from None
+            raise BadInput(
+                f"the checkpoint {plain(self.path)} is in use by another search; give each its own file"
+            ) from None
 
     def _read(self, content: bytes, header: Mapping[str, Any]) -> None:
         lines = content.split(b"\n")
@@ -96,13 +113,13 @@ class Checkpoint:
         if not whole:
             # nothing, or a header that was never finished
             if rest and not _line(header).startswith(rest):
-                raise BadInput(f"{self.path} is not a checkpoint of a search; name a file that may be written")
+                raise BadInput(f"{plain(self.path)} is not a checkpoint of a search; name a file that may be written")
             self._cut(0, bool(rest))
             self.add([header])
             return
         documents = [_document(line) for line in whole]
         if documents[0] is None or documents[0].get("kind") != _KIND:
-            raise BadInput(f"{self.path} is not a checkpoint of a search; name a file that may be written")
+            raise BadInput(f"{plain(self.path)} is not a checkpoint of a search; name a file that may be written")
         _same_search(self.path, documents[0], header)
         if documents[-1] is None:
             # the last line was ended but its middle never reached the disk
@@ -111,7 +128,7 @@ class Checkpoint:
         for number, document in enumerate(documents, 1):
             if document is None:
                 raise BadInput(
-                    f"line {number} of the checkpoint {self.path} is damaged; keep what is before it with "
+                    f"line {number} of the checkpoint {plain(self.path)} is damaged; keep what is before it with "
                     f"`head -n {number - 1}`, or delete the file and search again"
                 )
         self._cut(sum(len(line) + 1 for line in whole), bool(rest))
@@ -153,6 +170,6 @@ def _same_search(path: Path, theirs: Mapping[str, Any], ours: Mapping[str, Any])
     for name, value in ours.items():
         if theirs.get(name) != value:
             raise BadInput(
-                f"the checkpoint {path} belongs to another search (its {name} is {theirs.get(name)!r}, here it is "
-                f"{value!r}); give this search its own file"
+                f"the checkpoint {plain(path)} belongs to another search (its {name} is {shown(theirs.get(name))}, "
+                f"here it is {shown(value)}); give this search its own file"
             )

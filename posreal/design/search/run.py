@@ -34,7 +34,7 @@ from posreal.design.search.tradeoff import require_metric, tradeoff
 from posreal.design.search.values import Found, Settings, best_values, coarse, is_smooth
 from posreal.design.search.workers import Workers, workers
 from posreal.design.threads import one_thread
-from posreal.errors import BadInput
+from posreal.errors import BadInput, plain, shown
 from posreal.network.topologies import Form, key, letters, topologies
 from posreal.vehicle import parameters
 
@@ -125,7 +125,7 @@ def search(
         workers(jobs, backend, scheduler) as pool,
         Checkpoint(checkpoint, header) if checkpoint is not None else nullcontext() as file,
     ):
-        known = {} if file is None else _records(file, classed)
+        known = {} if file is None else _records(file, classed, len(posed.free))
         if file is not None and file.trimmed and progress is not None:
             progress(f"the last line of {file.path} was unfinished and has been cut off")
         again = dataclasses.replace(settings, starts=settings.starts * (MORE if is_smooth(posed) else MORE_CONSTRAINED))
@@ -207,7 +207,7 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
 def _checked_limits(limits: Mapping[str, float]) -> dict[str, float]:
     for name, value in limits.items():
         if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
-            raise BadInput(f"the limit of {name} is {value!r}; give a number above 0")
+            raise BadInput(f"the limit of {name} is {shown(value)}; give a number above 0")
     return dict(limits)
 
 
@@ -252,17 +252,40 @@ def _record(found: Found) -> dict[str, Any]:
     }
 
 
-def _records(file: Checkpoint, classed: Mapping[Form, Form]) -> dict[tuple[Form, int], Found]:
-    """A checkpoint's results by topology and starts; those of sizes that are not wanted now are passed over."""
+def _records(file: Checkpoint, classed: Mapping[Form, Form], free: int) -> dict[tuple[Form, int], Found]:
+    """A checkpoint's results by topology and starts; those of sizes that are not wanted now are passed over.
+
+    Parameters
+    ----------
+    file : Checkpoint
+    classed : mapping of topologies
+    free : int
+        How many of the vehicle's parameters are searched too, whose values follow the elements'.
+    """
     by_key = {key(form): form for form in classed}
     known = {}
-    for record in file.records:
-        form = by_key.get(record["network"])
-        if form is not None:
-            objective = math.inf if record["objective"] is None else record["objective"]
-            starts = record["starts"]
-            known[form, starts] = Found(form, objective, tuple(record["values"]), record["agreed"], starts)
+    for line, record in enumerate(file.records, 2):
+        try:
+            form = by_key.get(record["network"])
+            if form is not None:
+                found = _found(form, record, len(letters(form)) + free)
+                known[form, found.starts] = found
+        except (KeyError, TypeError, ValueError):
+            raise BadInput(
+                f"line {line} of the checkpoint {plain(file.path)} holds no result of a search; keep what is before it "
+                f"with `head -n {line - 1}`, or delete the file and search again"
+            ) from None
     return known
+
+
+def _found(form: Form, record: Mapping[str, Any], count: int) -> Found:
+    values, objective = tuple(map(float, record["values"])), record["objective"]
+    found = Found(form, math.inf if objective is None else float(objective), values, record["agreed"], record["starts"])
+    if len(values) != (count if found.feasible else 0) or not all(0 < value < math.inf for value in values):
+        raise ValueError
+    if not found.objective > 0 or not all(isinstance(number, int) for number in (found.agreed, found.starts)):
+        raise ValueError
+    return found
 
 
 class _Look:

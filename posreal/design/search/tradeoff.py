@@ -20,7 +20,7 @@ from posreal.design.search.restrict import restricted
 from posreal.design.search.result import FrontPoint
 from posreal.design.search.values import Found, Settings, best_values
 from posreal.design.search.workers import Workers
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, listed, shown
 from posreal.network.topologies import Form
 
 CANDIDATES = 6  # networks of each size, best in the objective
@@ -32,7 +32,7 @@ def require_metric(problem: Problem, metric: str) -> None:
     """Refuse a second metric of which there is no smooth figure."""
     accepted = [name for name in mean_square_metrics(problem) if name != problem.objective]
     if metric not in accepted:
-        raise BadInput(f"the objective cannot be traded against {metric!r}; it can against {listed(accepted)}")
+        raise BadInput(f"the objective cannot be traded against {shown(metric)}; it can against {listed(accepted)}")
 
 
 def tradeoff(

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
 
-from posreal.errors import BadInput, hint
+from posreal.errors import BadInput, hint, shown
 
 T = TypeVar("T")
 BACKENDS = ("loky", "threading", "dask")
@@ -56,7 +56,7 @@ def workers(jobs: int = 1, backend: str | None = None, scheduler: str | None = N
     if jobs == 0 or jobs < -1:
         raise BadInput(f"jobs is {jobs}; give the number of processes, or -1 for all cores")
     if backend is not None and backend not in BACKENDS:
-        raise BadInput(f"unknown backend {backend!r}; {hint(backend, BACKENDS)}")
+        raise BadInput(f"unknown backend {shown(backend)}; {hint(backend, BACKENDS)}")
     if backend != "dask":
         if scheduler is not None:
             raise BadInput(f"a scheduler ({scheduler}) is for the dask backend; give backend dask too, or leave it out")

@@ -81,7 +81,7 @@ from posreal.design.synthesis.progress import Search
 from posreal.design.synthesis.result import Synthesis
 from posreal.design.synthesis.scale import Scale, reference
 from posreal.design.synthesis.storage import port_hamiltonian
-from posreal.errors import BadInput, Infeasible, listed
+from posreal.errors import BadInput, Infeasible, listed, shown
 
 METHODS = ("auto", "bmi", "ph")
 LARGEST_ORDER = 12
@@ -353,9 +353,9 @@ def _breaks(problem: Problem, Y: Rational, parameters: Mapping[str, float]) -> b
 
 def _validated(problem: Problem, order: int, method: str, starts: int | None, spring: bool, inerter: bool) -> None:
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= LARGEST_ORDER:
-        raise BadInput(f"order {order!r} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}")
+        raise BadInput(f"order {shown(order)} cannot be synthesised; give a whole number from 0 to {LARGEST_ORDER}")
     if method not in METHODS:
-        raise BadInput(f"unknown method {method!r}; the methods are {listed(METHODS)}")
+        raise BadInput(f"unknown method {shown(method)}; the methods are {listed(METHODS)}")
     if starts is not None and starts < 1:
         raise BadInput(f"starts is {starts}; give at least 1")
     if (spring or inerter) and problem.mounting.behind is not None:
