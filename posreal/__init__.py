@@ -10,52 +10,106 @@
   k = 5 MN/m       c = 18 kN·s/m    b = 4110 kg
 """
 
-from posreal.admittance import PortHamiltonian, Rational, StateSpace, Verdict, check, state_space
-from posreal.design import (
-    Constraint,
-    Design,
-    Layout,
-    Problem,
-    evaluate,
-    layout,
-    layouts,
-    optimise,
-    problem,
-    problem_from_plant,
-    problems,
-    synthesise,
-)
-from posreal.design.bound import Bound, bound
-from posreal.design.search import Search, search
-from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
-from posreal.metric import Measured, Metric
-from posreal.network import (
-    Damper,
-    Graph,
-    Inerter,
-    Lever,
-    Network,
-    Parallel,
-    Series,
-    Spring,
-    bridge,
-    nodal_admittance,
-    parse,
-)
-from posreal.network.diagram import diagram
-from posreal.network.latex import latex
-from posreal.network.picture import save_picture
-from posreal.network.spice import spice
-from posreal.network.table import table
-from posreal.plant.plant import Plant
-from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
-from posreal.study.compare import Comparison, compare
-from posreal.study.pareto import Pareto, pareto
-from posreal.study.reproduce import Reproduction, reproduce
-from posreal.study.sweep import Sweep, sweep
-from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from posreal.admittance import PortHamiltonian, Rational, StateSpace, Verdict, check, state_space
+    from posreal.design import (
+        Constraint,
+        Design,
+        Layout,
+        Problem,
+        evaluate,
+        layout,
+        layouts,
+        optimise,
+        problem,
+        problem_from_plant,
+        problems,
+        synthesise,
+    )
+    from posreal.design.bound import Bound, bound
+    from posreal.design.search import Search, search
+    from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
+    from posreal.metric import Measured, Metric
+    from posreal.network import (
+        Damper,
+        Graph,
+        Inerter,
+        Lever,
+        Network,
+        Parallel,
+        Series,
+        Spring,
+        bridge,
+        nodal_admittance,
+        parse,
+    )
+    from posreal.network.diagram import diagram
+    from posreal.network.latex import latex
+    from posreal.network.picture import save_picture
+    from posreal.network.spice import spice
+    from posreal.network.table import table
+    from posreal.plant.plant import Plant
+    from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
+    from posreal.study.compare import Comparison, compare
+    from posreal.study.pareto import Pareto, pareto
+    from posreal.study.reproduce import Reproduction, reproduce
+    from posreal.study.sweep import Sweep, sweep
+    from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
 
 __version__ = "0.1.0"
+
+_ROOMS = {  # where each name is, loaded when it is first asked for: a command needs few of them
+    "posreal.admittance": ("PortHamiltonian", "Rational", "StateSpace", "Verdict", "check", "state_space"),
+    "posreal.design": (
+        "Constraint",
+        "Design",
+        "Layout",
+        "Problem",
+        "evaluate",
+        "layout",
+        "layouts",
+        "optimise",
+        "problem",
+        "problem_from_plant",
+        "problems",
+        "synthesise",
+    ),
+    "posreal.design.bound": ("Bound", "bound"),
+    "posreal.design.search": ("Search", "search"),
+    "posreal.errors": ("BadDevice", "BadInput", "Infeasible", "NotPositiveReal", "PosrealError"),
+    "posreal.metric": ("Measured", "Metric"),
+    "posreal.network": (
+        "Damper",
+        "Graph",
+        "Inerter",
+        "Lever",
+        "Network",
+        "Parallel",
+        "Series",
+        "Spring",
+        "bridge",
+        "nodal_admittance",
+        "parse",
+    ),
+    "posreal.network.diagram": ("diagram",),
+    "posreal.network.latex": ("latex",),
+    "posreal.network.picture": ("save_picture",),
+    "posreal.network.spice": ("spice",),
+    "posreal.network.table": ("table",),
+    "posreal.plant.plant": ("Plant",),
+    "posreal.realisation": ("Limits", "Realisation", "Repair", "nearest_positive_real", "realise", "realise_all"),
+    "posreal.study.compare": ("Comparison", "compare"),
+    "posreal.study.pareto": ("Pareto", "pareto"),
+    "posreal.study.reproduce": ("Reproduction", "reproduce"),
+    "posreal.study.sweep": ("Sweep", "sweep"),
+    "posreal.vehicle": ("PlanView", "QuarterCar", "SideView", "Vehicle"),
+}
+_HOME = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
     "BadDevice",
@@ -124,3 +178,15 @@ __all__ = [
     "synthesise",
     "table",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name on its first use [PEP 562]."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'posreal' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_HOME[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
