@@ -1,16 +1,19 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-long lint install bench clean
+.PHONY: demo test test-long fuzz lint install bench clean
 
 demo: .venv/installed
 	$(BIN)/posreal compare vertical-comfort
 
 test: .venv/installed-dev lint
-	$(BIN)/python -m pytest -n auto -m "not long"
+	$(BIN)/python -m pytest -n auto -m "not long and not fuzz"
 
 test-long: .venv/installed-dev
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto -m "not fuzz"
+
+fuzz: .venv/installed-dev
+	$(BIN)/python -m pytest -n auto -m fuzz tests/fuzz
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .
