@@ -1,7 +1,8 @@
 """Every printed number of drawn devices, vehicles and plants against :mod:`tests.fuzz.independent`.
 
-Held: each metric in the JSON of ``evaluate`` to 2e-6 (1e-6 for resonances), Macc at the speed it names, and the text table to its six digits. A refusal is right only if the exact characteristic polynomial says so; where the program
-says that it cannot confirm a figure, that is counted, and one draw in a hundred may end so.
+Held: each metric in the JSON of ``evaluate`` to 2e-6 (1e-6 for resonances), Macc at the speed it names, and the text
+table to its six digits. A refusal is right only if the exact characteristic polynomial says so; where the program says
+that a figure cannot be told, that is counted, and one draw in a hundred may end so.
 
 Run with ``make fuzz`` or ``pytest -m fuzz tests/fuzz``; ``--fuzz-seed`` and ``--fuzz-size`` (or POSREAL_FUZZ_SEED and
 POSREAL_FUZZ_SIZE) set where the draws begin and how many of each kind there are (10 by default, some minutes).
@@ -166,7 +167,7 @@ def figures_of(own: OwnPlant, gains: bool) -> dict[str, float]:
 
 
 def test_plants_of_ones_own(fuzz):
-    """Weighted quarter-cars and chains of masses in raw, balanced and other coordinates, with delays, several inputs."""
+    """Weighted quarter-cars and chains of masses in raw, balanced, other coordinates, with delays, several inputs."""
     failures, unconfirmed = [], []
     seeds = [seed + i * 10**6 for i in range(4) for seed in fuzz.seeds]
     for seed in seeds:
