@@ -11,6 +11,7 @@ from posreal.design.bound import search
 from posreal.design.bound.ports import Figure, figure
 from posreal.design.bound.result import Bound
 from posreal.design.bound.space import in_words
+from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.threads import one_thread
@@ -44,13 +45,13 @@ def bound(
         L + 1 points instead, a pair counted as two; with one point repeated, L is the order of the truncated Taylor
         series.
     omega0 : float or sequence of places, optional
-        Where the points lie, taken in turn; found by a scan if not given, a quick one where L is. A place is a
-        frequency, rad/s, or natural frequency and damping ratio of a pair of points, which counts as two.
+        Where the points lie, taken in turn; searched for if not given, quickly where L is. A place is a frequency,
+        rad/s, or natural frequency and damping ratio of a pair of points, which counts as two.
     weights : mapping of metric to float, optional
         Bound √(Σ weight · metric²) instead of the problem's objective.
     best : Design, Rational (a port admittance) or float, optional
         What to show beside the bound; a float must be a figure of the bound's own kind.
-    form : {"auto", "plain", "lifted"}
+    form : {"auto", "plain", "lifted", "value"}
     progress : function of str, optional
 
     Returns
@@ -79,11 +80,16 @@ def bound(
             raise BadInput("a figure brings its own weights; give weights with a problem only")
     else:
         about, named = figure(subject, weights), subject
-    chosen = search.choose_form(about, form)
+    places = None if omega0 is None else _places(omega0)
+    chosen = search.choose_form(about, form, places=places is not None)
     size = _size(about, chosen, effort, L)
-    where = _places(omega0) if omega0 is not None else search.best_place(about, chosen, size, say, quick=L is not None)
-    say(f"bound: {size} points at {in_words(search.exactly(where))}")
-    certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
+    certificate: search.Certificate | ValueCertificate
+    if chosen == search.VALUE:
+        certificate = search.certify_values(about, size, say, quick=L is not None)
+    else:
+        where = places or search.best_place(about, chosen, size, say, quick=L is not None)
+        say(f"bound: {size} points at {in_words(search.exactly(where))}")
+        certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
     say("bound: checking the certificate")
     value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
     found = Bound(

@@ -20,8 +20,10 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import to_fmpq, to_text
 from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
-from posreal.design.bound.search import LIFTED, PLAIN, Certificate
+from posreal.design.bound.search import LIFTED, PLAIN, VALUE, Certificate
 from posreal.design.bound.space import Point, width
+from posreal.design.bound.value_form import ValueCertificate
+from posreal.design.bound.values import distinct
 from posreal.design.mounting import Mounting
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
@@ -32,7 +34,7 @@ from posreal.vehicle.user_plant import UserPlant
 
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
-_LARGEST_FACTOR = 300  # rows: what a check takes a minute for
+_LARGEST_FACTOR = {PLAIN: 300, LIFTED: 300, VALUE: 600}  # rows: what a check takes a minute for
 _LARGEST_PLANT = 60  # states
 _PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
 
@@ -119,8 +121,8 @@ def from_dict(document: Any) -> Bound:
     numbers = _table(
         top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers", "functional")
     )
-    if numbers["form"] not in (PLAIN, LIFTED):
-        raise BadInput(f"form is {numbers['form']!r}; accepted are {PLAIN} or {LIFTED}")
+    if numbers["form"] not in (PLAIN, LIFTED, VALUE):
+        raise BadInput(f"form is {numbers['form']!r}; accepted are {PLAIN}, {LIFTED} or {VALUE}")
     about, named, weights = _about(top["about"])
     found = Bound(
         _number(claim["value"], "the bound's value"),
@@ -247,15 +249,18 @@ def _plant_in(data: Any) -> Figure:
 # --- the numbers ---------------------------------------------------------------------------------------------
 
 
-def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
+def _certificate(table: dict[str, Any], about: Figure) -> Certificate | ValueCertificate:
     loops = len(about.loops)
     if not isinstance(table["points"], list) or not table["points"]:
         raise BadInput("points are a list of frequencies, rad/s, and of pairs of natural frequency and damping ratio")
     points = tuple(_point(point) for point in table["points"])
     m = sum(map(width, points))
     size, pairs = loops * m, loops * (loops - 1) // 2
-    if size > _LARGEST_FACTOR:
-        raise BadInput(f"a space of {m} dimensions and {loops} loops are more than {_LARGEST_FACTOR} together")
+    most = _LARGEST_FACTOR[table["form"]]
+    if size > most:
+        raise BadInput(f"a space of {m} dimensions and {loops} loops are more than {most} together")
+    if table["form"] == VALUE and (about.combine != SQUARES or not distinct(points)):
+        raise BadInput("the value form is for mean squares, and for distinct points with damping ratios below 1")
     rows, multipliers = table["factor"], table["multipliers"]
     if not all(isinstance(x, list) and len(x) == n for x, n in ((rows, size), (multipliers, pairs))):
         raise BadInput(f"{loops} loops and {m} dimensions need {size} rows in factor and {pairs} in multipliers")
@@ -271,7 +276,8 @@ def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
         if not isinstance(given, list) or len(given) != len(target):
             raise BadInput(f"{name} needs {len(target)} numbers")
         target[:] = [_number(value, name) for value in given]
-    return Certificate(points, _positive(table["damper"], "damper"), factor, mu, functional)
+    made = ValueCertificate if table["form"] == VALUE else Certificate
+    return made(points, _positive(table["damper"], "damper"), factor, mu, functional)
 
 
 def _functional(data: Any, about: Figure, m: int) -> np.ndarray:

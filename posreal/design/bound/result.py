@@ -13,6 +13,7 @@ from posreal.design.bound.certificate import NotProven
 from posreal.design.bound.ports import Figure
 from posreal.design.bound.search import Certificate, passive
 from posreal.design.bound.space import in_words
+from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 
@@ -53,8 +54,8 @@ class Bound:
         Lower bound on J.
     figure : Figure
         What J is: vehicle, outputs, unit, band.
-    certificate : Certificate
-    form : {"plain", "lifted"}
+    certificate : Certificate or ValueCertificate
+    form : {"plain", "lifted", "value"}
         Which search found the certificate.
     passive : bool
         Whether every port is passive; otherwise the bound is over the devices with which the vehicle is stable.
@@ -68,7 +69,7 @@ class Bound:
 
     value: float
     figure: Figure
-    certificate: Certificate
+    certificate: Certificate | ValueCertificate
     form: str
     passive: bool
     problem: Problem | None = None
