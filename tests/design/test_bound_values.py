@@ -15,8 +15,10 @@ from flint import fmpq
 from posreal.admittance import Rational, parse_rational, random_port_hamiltonian
 from posreal.admittance.roots import precision
 from posreal.admittance.state_space import state_space
-from posreal.design.bound import Bound, NotProven, bound, figure, pick
+from posreal.design.bound import Bound, NotProven, ascent, bound, figure, lifted, pick
+from posreal.design.bound.ports import enclosed
 from posreal.design.bound.record import from_dict
+from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.search import certify
 from posreal.design.bound.value_form import ValueCertificate, complex_rows, form, real_form
 from posreal.design.bound.values import enclosed_values, sampled_values
@@ -291,6 +293,65 @@ def test_the_value_form_chooses_its_own_points():
         bound(problem("quarter-car", objective="gain_acceleration"), form="value", L=4)
     with pytest.raises(BadInput, match="distinct"):
         enclosed_values(figure(MIDDLE), (fmpq(3), fmpq(3)), fmpq(1))
+
+
+# --- several loops -------------------------------------------------------------------------------------------
+
+
+SPREAD = ((fmpq(4), fmpq(1, 2)), (fmpq(9), fmpq(1, 2)), (fmpq(20), fmpq(2, 5)), (fmpq(50), fmpq(2, 5)), fmpq(30))
+
+
+def test_the_climb_has_its_gradient():
+    seen = sampled_values(figure(SIDE), SPREAD, fmpq(20000))
+    m = seen.size
+    rng = np.random.default_rng(4)
+    turn = ascent._Turn(np.concatenate([seen.mirror, seen.mirror + m]))
+    size = pick.solve(seen).value ** 2
+    start = 0.3 * np.eye(2 * m) + 0.02 * rng.standard_normal((2 * m, 2 * m))
+    posed = ascent._Point(seen, turn, ascent._Turn(seen.mirror), math.sqrt(size) * start, 0.01 * size)
+    u = np.concatenate([np.eye(2 * m).ravel(), 0.1 * rng.standard_normal(m)])
+    at = posed.evaluate(u, 0.1 * size)
+    assert at is not None
+    for _ in range(5):
+        for step in (rng.standard_normal(len(u)), np.concatenate([np.zeros(4 * m * m), rng.standard_normal(m)])):
+            ends = [posed.evaluate(u + sign * 1e-6 * step, 0.1 * size)[0] for sign in (1, -1)]
+            assert (ends[0] - ends[1]) / 2e-6 == pytest.approx(at[1] @ step, rel=1e-5, abs=1e-5 * size)
+
+
+@pytest.mark.parametrize("posed", [SIDE, problem("vertical-comfort", position="L")], **NAMES)
+def test_the_climb_reaches_the_semidefinite_program(posed):
+    # the same points by the interior-point method of the lifted form, in another basis
+    seen = sampled_values(figure(posed), SPREAD, fmpq(20000))
+    climbed = ascent.climb(seen)
+    with precision(256):
+        data = Sampled.of(enclosed(figure(posed), SPREAD, fmpq(20000)))
+    program = math.sqrt(lifted.solve(data, tolerance=1e-7).value)
+    assert program * (1 - 3e-3) < climbed.value < program * (1 + 1e-5)
+    assert climbed.value < climbed.reach
+
+
+def test_two_loops_by_values(tmp_path):
+    found = bound(SIDE, L=30)
+    assert (found.form, len(found.certificate.multipliers)) == ("value", 1)
+    assert found.value > 1.55
+    assert found.check() >= found.value
+    rng = np.random.default_rng(12)
+    for _ in range(60):
+        drawn = random_port_hamiltonian(int(rng.integers(0, 5)), rng, 1.0).rational()
+        device = drawn.time_scaled(fmpq(1, 10)).scaled(int(20000 * 10 ** rng.uniform(-1, 1))) | Rational.damper(5)
+        assert found.figure.measure(SIDE.port(device)) > found.value
+    found.save(tmp_path / "two.json")
+    assert Bound.load(tmp_path / "two.json").check() >= found.value
+    document = json.loads((tmp_path / "two.json").read_text())
+    document["certificate"]["multipliers"][0][4] *= 1.5
+    with pytest.raises(NotProven):
+        from_dict(document).check()
+
+
+@pytest.mark.long
+def test_what_sixty_points_prove_of_two_loops():
+    assert bound(SIDE).value > 1.81
+    assert bound(problem("vertical-comfort", position="L")).value > 1.5448
 
 
 @pytest.mark.long

@@ -81,12 +81,18 @@ def bound(
     else:
         about, named = figure(subject, weights), subject
     places = None if omega0 is None else _places(omega0)
-    chosen = search.choose_form(about, form, places=places is not None)
+    chosen = search.choose_form(about, form, places=places is not None, size=None if L is None else L + 1)
     size = _size(about, chosen, effort, L)
-    certificate: search.Certificate | ValueCertificate
+    certificate: search.Certificate | ValueCertificate | None = None
     if chosen == search.VALUE:
-        certificate = search.certify_values(about, size, say, quick=L is not None)
-    else:
+        try:
+            certificate = search.certify_values(about, size, say, quick=L is not None)
+        except BadInput:
+            if form != "auto":
+                raise
+            chosen = search.choose_form(about, form, places=True)
+            size = _size(about, chosen, effort, L)
+    if certificate is None:
         where = places or search.best_place(about, chosen, size, say, quick=L is not None)
         say(f"bound: {size} points at {in_words(search.exactly(where))}")
         certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)

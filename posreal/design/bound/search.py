@@ -23,13 +23,13 @@ from posreal.admittance import Rational, state_space
 from posreal.admittance.exact import rounded, to_float, to_fmpq
 from posreal.admittance.positive_real import is_positive_real
 from posreal.admittance.roots import precision
-from posreal.design.bound import lifted, local, pick, plain
+from posreal.design.bound import ascent, lifted, local, pick, plain
 from posreal.design.bound.certificate import NotProven, proven
 from posreal.design.bound.objectives import objective
 from posreal.design.bound.ports import SQUARES, Figure, enclosed
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import Point, in_words, width
-from posreal.design.bound.value_form import ValueCertificate, real_form
+from posreal.design.bound.value_form import ValueCertificate, real_form, real_rows
 from posreal.design.bound.values import sampled_values
 from posreal.design.bound.windows import best_windows
 from posreal.errors import BadInput, PosrealError
@@ -44,6 +44,7 @@ SIZES = {
     "lifted, one loop": (31, 51, 71, 101),
     LIFTED: (21, 31, 37, 41),
     VALUE: (61, 101, 141, 201),
+    "value, several loops": (41, 61, 101, 161),
 }
 """Dimension of the space at efforts 0 to 3; a pair of points counts twice."""
 _SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (15, 31)}
@@ -53,6 +54,7 @@ _QUICK, _QUICK_LAST = (15, 21), 31  # the same, at most, for somebody who chose 
 _BELOW, _ABOVE = (0.4, 0.7), (1.4, 2.5, 4.0)  # where frequency and pair start, relative to the best single place
 _STEP = 1.4  # factor by which the search moves a frequency or a damping ratio
 _WORTHWHILE = 1e-4  # relative gain for which it does
+_FEW = 25  # points below which three places in turn prove more than windows
 _CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # how near its own optimum a certificate in closed form is looked for
 _FALLS_SHORT = 2e-3  # relative to what the points allow; then a certificate is looked for without restriction
 
@@ -108,8 +110,8 @@ def passive(figure: Figure) -> bool:
     return all(is_positive_real(figure.mobility(port)) for port in figure.loops)
 
 
-def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False) -> str:
-    """The value form for one loop's mean square where the places are free, plain for one passive port, else lifted.
+def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False, size: int | None = None) -> str:
+    """The value form for mean squares where the places are free and many; else plain for one passive port, and lifted.
 
     Raises
     ------
@@ -122,7 +124,7 @@ def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False) -
         raise BadInput("the value form is for mean squares, and chooses its own points: leave omega0 out")
     if wanted in (LIFTED, VALUE) and figure.combine == SQUARES:
         return wanted
-    if wanted == "auto" and not places and figure.combine == SQUARES and len(figure.loops) == 1:
+    if wanted == "auto" and not places and figure.combine == SQUARES and (size is None or size >= _FEW):
         return VALUE
     reason = ""
     if len(figure.loops) > 1:
@@ -257,7 +259,7 @@ def certify(
 def certify_values(
     figure: Figure, size: int, progress: Progress = lambda text: None, *, quick: bool = False
 ) -> ValueCertificate:
-    """Points by windows, and one loop's certificate there in closed form (:mod:`pick`), nearest to the optimum first.
+    """Points by windows, and a certificate there: in closed form for one loop (:mod:`pick`), else by :mod:`ascent`.
 
     Raises
     ------
@@ -269,6 +271,11 @@ def certify_values(
     points = best_windows(figure, size, band, _damper(figure, octaves), progress, quick=quick).points(size)
     damper = _damper(figure, points)
     seen = sampled_values(figure, points, damper)
+    if len(figure.loops) > 1:
+        climbed = ascent.climb(seen, progress)
+        factor = np.linalg.cholesky(real_form(climbed.Z, points, len(figure.loops)))
+        mu = real_rows(climbed.mu.T, points).T
+        return ValueCertificate(points, damper, _short(factor), _short(mu), np.zeros((0, 0)))
     best: tuple[float, ValueCertificate] | None = None
     for tolerance in _CLOSE:
         found = pick.solve(seen, tolerance=tolerance)
@@ -301,6 +308,8 @@ def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifte
 
 
 def _row(figure: Figure, form: str) -> str:
+    if form == VALUE and len(figure.loops) > 1:
+        return "value, several loops"
     return "lifted, one loop" if form == LIFTED and len(figure.loops) == 1 else form
 
 

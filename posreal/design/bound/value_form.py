@@ -183,6 +183,16 @@ def real_form(Z: Array, points: tuple[Point, ...], loops: int) -> Array:
     return np.asarray((A + A.T) / 2)
 
 
+def real_rows(rows: Array, points: tuple[Point, ...]) -> Array:
+    """`complex_rows` backwards for one loop, in floats."""
+    found, k = rows.real.copy(), 0
+    for point in points:
+        if width(point) == 2:
+            found[k + 1] = rows[k].imag
+        k += width(point)
+    return found
+
+
 def balls(numbers: Array) -> Array:
     """Every float as the number it is."""
     flat = [acb(complex(value)) for value in np.ravel(numbers)]
