@@ -58,7 +58,9 @@ def bound(
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
-        found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
+        found = search(
+            question, effort=effort, L=truncation and truncation - 1, omega0=places, both_sides=True, progress=say
+        )
         if device is not None:
             found = found.beside(read_design(question, device.split()))
         elif beside.strip():

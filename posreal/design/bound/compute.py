@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from posreal.admittance import Rational
 from posreal.design.bound import search
 from posreal.design.bound.ports import Figure, figure
-from posreal.design.bound.result import Bound
+from posreal.design.bound.result import BelowBound, Bound
 from posreal.design.bound.space import in_words
 from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
@@ -31,6 +31,7 @@ def bound(
     weights: Mapping[str, float] | None = None,
     best: Design | Rational | float | None = None,
     form: str = "auto",
+    both_sides: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Bound:
     """A proven lower bound on a mean-square figure over all positive-real devices.
@@ -52,6 +53,9 @@ def bound(
     best : Design, Rational (a port admittance) or float, optional
         What to show beside the bound; a float must be a figure of the bound's own kind.
     form : {"auto", "plain", "lifted", "value"}
+    both_sides : bool
+        Also look for a passive device of high order that comes close (mean squares only): with it the best possible is
+        known to lie in an interval.
     progress : function of str, optional
 
     Returns
@@ -98,6 +102,12 @@ def bound(
         certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
     say("bound: checking the certificate")
     value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
+    attained = None
+    if both_sides:
+        say("bound: looking for a passive device of high order")
+        attained = search.attain(about, search.ORDERS[effort] if L is None else min(max(L + 1, 12), search.ORDERS[1]))
+        if attained is not None and attained.value < value:
+            raise BelowBound(f"a device of high order has {attained.value:.10g}, below the proven bound {value:.10g}")
     found = Bound(
         value,
         about,
@@ -107,6 +117,7 @@ def bound(
         named,
         () if weights is None else tuple((name, float(weight)) for name, weight in weights.items()),
         seconds=time.monotonic() - begun,
+        attained=attained,
     )
     return found.beside(best)
 

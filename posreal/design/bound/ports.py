@@ -26,6 +26,7 @@ from flint import arb, arb_mat, fmpq
 from posreal.admittance import Rational, exact, state_space
 from posreal.admittance.exact import to_fmpq
 from posreal.admittance.roots import precision
+from posreal.admittance.state_space import StateSpace
 from posreal.design.bound.space import Point, Space, identity
 from posreal.design.mounting import Mounting
 from posreal.design.problem import Problem
@@ -103,7 +104,7 @@ class Figure:
             raise BadInput("no output of this figure feels the device, so there is nothing to bound")
         return ports
 
-    def measure(self, port: Rational) -> float:
+    def measure(self, port: Rational | StateSpace) -> float:
         """J with an admittance in every port, by covariance over the whole band, or the largest gain.
 
         Raises
@@ -111,7 +112,7 @@ class Figure:
         Infeasible
             If the vehicle is not stable with it.
         """
-        loop = close(self.plant, {self.plant.groups[0]: state_space(port)})
+        loop = close(self.plant, {self.plant.groups[0]: port if isinstance(port, StateSpace) else state_space(port)})
         gains = {name: math.sqrt(exact.to_float(weight)) for name, weight in self.weights.items()}
         if self.combine == PEAK:
             stable(loop)

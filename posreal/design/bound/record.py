@@ -20,6 +20,7 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import to_fmpq, to_text
 from posreal.design.bound.ports import SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
+from posreal.design.bound.ritz import Attained, HighOrder
 from posreal.design.bound.search import LIFTED, PLAIN, VALUE, Certificate
 from posreal.design.bound.space import Point, width
 from posreal.design.bound.value_form import ValueCertificate
@@ -35,6 +36,8 @@ from posreal.vehicle.user_plant import UserPlant
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
 _LARGEST_FACTOR = {PLAIN: 300, LIFTED: 300, VALUE: 600}  # rows: what a check takes a minute for
+_LARGEST_ORDER = 250  # states of a device
+_HOW = "passive device of order {}, proven positive real exactly and measured by covariance"
 _LARGEST_PLANT = 60  # states
 _PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
 
@@ -56,6 +59,7 @@ def to_dict(bound: Bound) -> dict[str, Any]:
             "port": None if bound.best.device is None else bound.best.device.to_dict(),
         },
         "gap_percent": bound.gap_percent,
+        "reached": _attained_out(bound),
         "seconds": round(bound.seconds, 2),
         "about": _about_out(bound),
         "certificate": {
@@ -106,8 +110,10 @@ def from_dict(document: Any) -> Bound:
     BadInput
         If the document is not one, or contradicts itself.
     """
+    reached = None
     if isinstance(document, dict):  # what the command line says of single orders is no part of the claim
         document = {key: value for key, value in document.items() if key != "orders"}
+        reached = document.pop("reached", None)
     top = _table(
         document,
         "the certificate",
@@ -134,7 +140,11 @@ def from_dict(document: Any) -> Bound:
         weights,
         _best(top["best"], about),
         _number(top["seconds"], "seconds"),
+        _attained(reached, about),
     )
+    room = found.room_percent
+    if reached is not None and room is not None and abs(room - _number(reached["gap_percent"], "gap_percent")) > 1e-6:
+        raise BadInput(f"the gap to what is reached is {room:.7g} %, not {reached['gap_percent']!r}")
     stated = {"unit": claim["unit"], "metric": claim["metric"], "kind": claim["kind"], "holds_for": top["holds_for"]}
     derived = {"unit": found.unit, "metric": found.metric, "kind": found.kind, "holds_for": found.devices}
     for name, value in derived.items():
@@ -301,6 +311,43 @@ def _best(data: Any, about: Figure) -> Best | None:
         raise BadInput(f"best is in {table['unit']!r}, and the bound in {about.unit!r}")
     device = None if table["port"] is None else Rational.from_dict(table["port"])
     return Best(str(table["label"]), _number(table["value"], "best"), device)
+
+
+def _attained_out(bound: Bound) -> dict[str, Any] | None:
+    if bound.attained is None:
+        return None
+    device = bound.attained.device
+    return {
+        "value": bound.attained.value,
+        "unit": bound.unit,
+        "how": _HOW.format(device.order),
+        "gap_percent": bound.room_percent,
+        "points": [_point_out(point) for point in device.points],
+        "damper": to_text(device.damper),
+        "coefficients": list(device.coefficients),
+    }
+
+
+def _attained(data: Any, about: Figure) -> Attained | None:
+    if data is None:
+        return None
+    table = _table(data, "reached", ("value", "unit", "how", "gap_percent", "points", "damper", "coefficients"))
+    if table["unit"] != about.unit:
+        raise BadInput(f"reached is in {table['unit']!r}, and the bound in {about.unit!r}")
+    if not isinstance(table["points"], list) or not isinstance(table["coefficients"], list):
+        raise BadInput("points and coefficients of what is reached are lists")
+    points = tuple(_point(point) for point in table["points"])
+    size = sum(map(width, points))
+    if not 0 < size <= _LARGEST_ORDER or len(table["coefficients"]) != size + 1:
+        raise BadInput(f"a device of order {size} needs {size + 1} coefficients, and at most {_LARGEST_ORDER} poles")
+    coefficients = tuple(_number(value, "a coefficient") for value in table["coefficients"])
+    if not abs(coefficients[0]) < 1 or table["how"] != _HOW.format(size):
+        raise BadInput("what is stated to be reached does not describe its own device")
+    device = HighOrder(points, _positive(table["damper"], "damper"), coefficients)
+    value = _number(table["value"], "what is reached")
+    if value <= 0:
+        raise BadInput(f"reached is {value:g}; it must be above 0")
+    return Attained(device, value)
 
 
 def _table(data: Any, name: str, keys: tuple[str, ...]) -> dict[str, Any]:

@@ -27,11 +27,12 @@ from posreal.design.bound import ascent, lifted, local, pick, plain
 from posreal.design.bound.certificate import NotProven, proven
 from posreal.design.bound.objectives import objective
 from posreal.design.bound.ports import SQUARES, Figure, enclosed
+from posreal.design.bound.ritz import Attained, best_device
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import Point, in_words, width
 from posreal.design.bound.value_form import ValueCertificate, real_form, real_rows
 from posreal.design.bound.values import sampled_values
-from posreal.design.bound.windows import best_windows
+from posreal.design.bound.windows import Windows, best_windows
 from posreal.errors import BadInput, PosrealError
 from posreal.vehicle.plant import close
 
@@ -44,7 +45,7 @@ SIZES = {
     "lifted, one loop": (31, 51, 71, 101),
     LIFTED: (21, 31, 37, 41),
     VALUE: (61, 101, 141, 201),
-    "value, several loops": (41, 61, 101, 161),
+    "value, several loops": (51, 81, 121, 161),
 }
 """Dimension of the space at efforts 0 to 3; a pair of points counts twice."""
 _SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (15, 31)}
@@ -54,7 +55,10 @@ _QUICK, _QUICK_LAST = (15, 21), 31  # the same, at most, for somebody who chose 
 _BELOW, _ABOVE = (0.4, 0.7), (1.4, 2.5, 4.0)  # where frequency and pair start, relative to the best single place
 _STEP = 1.4  # factor by which the search moves a frequency or a damping ratio
 _WORTHWHILE = 1e-4  # relative gain for which it does
+ORDERS = (41, 81, 121, 161)
+"""Order of the device that shows what can be reached, at efforts 0 to 3."""
 _FEW = 25  # points below which three places in turn prove more than windows
+_SHAPED, _SLOPE = 51, -0.7  # points that shape a device's poles; how T falls with frequency where nothing is searched
 _CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # how near its own optimum a certificate in closed form is looked for
 _FALLS_SHORT = 2e-3  # relative to what the points allow; then a certificate is looked for without restriction
 
@@ -293,6 +297,17 @@ def certify_values(
     raise BadInput("nothing is proven at these points, so no bound is known for this figure")
 
 
+def attain(figure: Figure, size: int) -> Attained | None:
+    """A passive device of high order for a mean square, from the better of two shapes for its poles; None if none."""
+    if figure.combine != SQUARES:
+        return None
+    band = _band(figure)
+    knots = np.geomspace(*band, 8)
+    c0 = _damper(figure, exactly(tuple(np.geomspace(*band, 12))))
+    plain_shape = Windows(knots, _SLOPE * np.log(knots), 0.0)
+    return best_device(figure, [plain_shape, best_windows(figure, min(size, _SHAPED), band, c0, quick=True)], size, c0)
+
+
 def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifted.LiftedSolution:
     """The dual on the kernel that the best device at the points leaves, and without restriction if that falls short."""
     guide = local.solve(data)
@@ -341,10 +356,12 @@ def _band(figure: Figure) -> tuple[float, float]:
 
 __all__ = [
     "LIFTED",
+    "ORDERS",
     "PLAIN",
     "VALUE",
     "Certificate",
     "Place",
+    "attain",
     "best_place",
     "certify",
     "certify_values",
