@@ -78,7 +78,11 @@ def bound(
             f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
         )
     for row in rows:
-        print(f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below")
+        line = f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below"
+        if found.attained is not None:
+            above = 100 * (row.value / found.attained.value - 1)
+            line += f"; {above:.2g} % above what order {found.attained.device.order} reaches" if above > 0 else ""
+        print(line)
 
 
 def _place(text: str) -> float | tuple[float, float]:

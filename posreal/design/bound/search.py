@@ -1,7 +1,7 @@
 """From a figure to the best certificate for it: which form, where the points lie, how many of them.
 
-Mean squares are bounded by values at distinct points (:mod:`value_form`), which :mod:`windows` chooses. Sums, peaks, few
-points and places that somebody gives are bounded on the space of repeated points (:mod:`certificate`), as follows.
+Mean squares are bounded by values at distinct points (:mod:`value_form`), which :mod:`windows` chooses. Sums, peaks,
+few points and places that somebody gives are bounded on the space of repeated points (:mod:`certificate`), as follows.
 
 The bound never falls when a point is added, and how fast it rises depends on where the points lie. The scan tries every
 octave of the vehicle's band with few points, half octaves around the best, and from there looks for three places, taken
