@@ -301,14 +301,18 @@ def certify_values(
 
 
 def attain(figure: Figure, size: int) -> Attained | None:
-    """A passive device of high order for a mean square, from the better of two shapes for its poles; None if none."""
+    """The best passive device of high order, at most `size`, found for a mean square; None if none is."""
     if figure.combine != SQUARES:
         return None
     band = _band(figure)
     knots = np.geomspace(*band, 8)
     c0 = _damper(figure, exactly(tuple(np.geomspace(*band, 12))))
-    plain_shape = Windows(knots, _SLOPE * np.log(knots), 0.0)
-    return best_device(figure, [plain_shape, best_windows(figure, min(size, _SHAPED), band, c0, quick=True)], size, c0)
+    shapes = [
+        Windows(knots, _SLOPE * np.log(knots), 0.0),
+        best_windows(figure, min(size, _SHAPED), band, c0, quick=True),
+    ]
+    found = [best_device(figure, shapes, order, c0) for order in sorted({min(size, ORDERS[0]), size})]
+    return min((one for one in found if one is not None), key=lambda one: one.value, default=None)
 
 
 def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifted.LiftedSolution:
