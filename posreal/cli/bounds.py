@@ -68,7 +68,9 @@ def bound(
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
-        found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
+        found = search(
+            question, effort=effort, L=truncation and truncation - 1, omega0=places, both_sides=True, progress=say
+        )
         if design is not None:
             found = found.beside(design)
         elif beside.strip():
@@ -86,7 +88,11 @@ def bound(
             f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
         )
     for row in rows:
-        print(f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below")
+        line = f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below"
+        if found.attained is not None:
+            above = 100 * (row.value / found.attained.value - 1)
+            line += f"; {above:.2g} % above what order {found.attained.device.order} reaches" if above > 0 else ""
+        print(line)
 
 
 def _place(text: str) -> float | tuple[float, float]:
