@@ -51,8 +51,10 @@ class Commands:
 
     def __exit__(self, *_: object) -> None:
         assert self._server.stdin is not None
+        assert self._server.stdout is not None
         self._server.stdin.close()
         self._server.wait()
+        self._server.stdout.close()
 
     def __call__(self, *words: str, folder: Path | None = None, cpu: int = CPU, wall: int = WALL) -> Answer:
         request = {"words": words, "folder": str(folder or ROOT), "cpu": cpu, "wall": wall}
