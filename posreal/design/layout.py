@@ -259,7 +259,7 @@ def _number(name: str, given: Any, where: str) -> float | str:
             raise BadInput(f"{where}: {error}") from None
     if isinstance(given, bool) or not isinstance(given, (int, float)) or not _LEAST <= given <= _MOST:
         raise BadInput(
-            f"{where}: {shown(given)} is not a value; give a number from {_LEAST:g} to {_MOST:g}, text with a "
+            f"{where}: {shown(given)} is not a value; give a number above 0, {_LEAST:g} to {_MOST:g}, text with a "
             "unit, or a role"
         )
     return float(given)
