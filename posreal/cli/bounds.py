@@ -102,8 +102,10 @@ def _place(text: str) -> float | tuple[float, float]:
         frequency, *damping = map(float, text.split(":"))
     except ValueError:
         frequency, damping = math.nan, []
-    if not math.isfinite(frequency) or len(damping) > 1:
-        raise BadInput(f"--omega0 {shown(text)} is not a frequency such as 20 or a pair such as 50:0.4")
+    if not 1e-6 <= frequency <= 1e9 or len(damping) > 1 or not all(1e-6 <= one <= 1e6 for one in damping):
+        raise BadInput(
+            f"--omega0 {shown(text)} is not a frequency such as 20, from 1e-6 to 1e9 rad/s, or a pair such as 50:0.4"
+        )
     return (frequency, damping[0]) if damping else frequency
 
 

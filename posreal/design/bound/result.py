@@ -17,7 +17,7 @@ from posreal.design.bound.space import in_words
 from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
 from posreal.design.result import Design
-from posreal.errors import PosrealError, plain, shown
+from posreal.errors import PosrealError, Unsettled, plain, shown
 
 _ROUNDING = 1e-9
 """Relative: what a figure computed in floats may be off by, and what a claim leaves below its proof for another
@@ -139,7 +139,7 @@ class Bound:
         if self.passive != passive(self.figure):
             raise NotProven("the ports are stated to be passive and are not, or the other way round")
         if self.best is not None and self.best.device is not None:
-            value = self.figure.measure(require(self.best.device))
+            value = self._measured(require(self.best.device))
             if abs(value - self.best.value) > 1e-6 * value:
                 raise NotProven(
                     f"the design {shown(self.best.label)} has {self.metric} = {value:.10g} {self.unit} ({self.kind}), "
@@ -178,9 +178,9 @@ class Bound:
         if best is None:
             return dataclasses.replace(self, best=None)
         if isinstance(best, Design):
-            found = Best(label or best.label, self.figure.measure(best.port), best.port)
+            found = Best(label or best.label, self._measured(best.port), best.port)
         elif isinstance(best, Rational):
-            found = Best(label or "given device", self.figure.measure(best), best)
+            found = Best(label or "given device", self._measured(best), best)
         else:
             found = Best(label or "given figure", float(best), None)
         if not found.value >= self.value * (1 - _ROUNDING):
@@ -189,6 +189,12 @@ class Bound:
                 f"bound {self.value:.10g}; either the figure is wrong or it is of another kind"
             )
         return dataclasses.replace(self, best=found)
+
+    def _measured(self, port: Rational) -> float:
+        try:
+            return self.figure.measure(port)
+        except ArithmeticError as error:
+            raise Unsettled(f"{plain(self.metric, 80)} of a device cannot be computed here: {error}") from None
 
     def require_not_below(self, design: Design) -> None:
         """Raise `BelowBound` if a design of the same problem is below the bound."""
