@@ -70,7 +70,7 @@ def test_the_lateral_tables():
         device = join[row.layout](*(element(letter, value) for letter, value in row.values.items()))
         found = independent.plan_view_at(device, {**PLAN_VIEW, **row.vehicle})
         assert found == pytest.approx(figure, abs=6e-6)
-        assert found == pytest.approx(row.figure, abs=6e-5)
+        assert found == pytest.approx(row.figure, abs=2e-4)
     ringing = (
         polynomial([Fraction(667937605, 221), Fraction(25359275397, 442000), Fraction("18640.76309")]),
         polynomial([Fraction(573337, 3536), Fraction(76309, 35360000), 1]),
