@@ -1,5 +1,6 @@
 """Every command line and file, however bad, against the rule: exit code 0, 1 or 2; what cannot be answered is one line
-on standard error that begins with ``posreal:``; no traceback, no warning, no echo of long input, no endless run; with ``--json`` one strict JSON document and nothing else.
+on standard error that begins with ``posreal:``; no traceback, no warning, no echo of long input, no endless run;
+with ``--json`` one strict JSON document and nothing else.
 
 Two parts: the kinds that are known to break such programs, one by one, and drawn ones: good command lines with words
 replaced, dropped, doubled and added. Run and sized as :mod:`tests.fuzz.test_numbers`; failures print the command.
@@ -290,8 +291,9 @@ PIECES = (
     *(x for x in NUMBERS if len(x) < 100),
     *(x for x in TEXTS if len(x) < 400 and x != "/"),
     "--json", "--ascii", "--width", "--seed", "--limit", "--sweep", "--position", "--vehicle", "--help", "--nothing",
-    "-x",     "S1", "S3", "c=1", "k=1e4", "b=1e-9", "V=1e9", "ms=1e-9", "quarter-car", "lateral-comfort", "default", "none",
-    "s", "1/s", "s^2", "k | c", "(c + b)", "c=1 kN s/m", "k=1 parsec", "J1=5", "J1 + J3", "gain_acceleration", "0:1:2",
+    "-x", "S1", "S3", "c=1", "k=1e4", "b=1e-9", "V=1e9", "ms=1e-9", "quarter-car", "lateral-comfort", "default",
+    "none", "s", "1/s", "s^2", "k | c", "(c + b)", "c=1 kN s/m", "k=1 parsec", "J1=5", "J1 + J3", "gain_acceleration",
+    "0:1:2",
 )  # fmt: skip
 
 

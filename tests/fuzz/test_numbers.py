@@ -4,10 +4,6 @@ Held: each metric in the JSON of ``evaluate`` to 2e-6 (1e-6 for resonances), Mac
 table to its six digits. A refusal is right only if the exact characteristic polynomial says so; where the program says
 that a figure cannot be told, that is counted, and one draw in a hundred may end so.
 A decay below 1e-13 of the fastest pole may be called the edge of stability.
-
-Run with ``make fuzz`` or ``pytest -m fuzz tests/fuzz``; ``--fuzz-seed`` and ``--fuzz-size`` (or POSREAL_FUZZ_SEED and
-POSREAL_FUZZ_SIZE) set where the draws begin and how many of each kind there are (10 by default, some minutes).
-Each failure prints the command that repeats it.
 """
 
 from __future__ import annotations
