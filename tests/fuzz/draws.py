@@ -124,6 +124,14 @@ def lone_resonance(rng: np.random.Generator, problem: str) -> Node:
     return resonator(rng, omega, Q, log_uniform(rng, 10, 1e4))
 
 
+def tuned(rng: np.random.Generator, problem: str) -> Node:
+    """A sharp absorber of some weight near the body's modes, beside a damper: the loop's own resonance is as sharp."""
+    omega, Q = 2 * math.pi * log_uniform(rng, 0.5, 8), log_uniform(rng, 1e3, 1e6)
+    b = log_uniform(rng, 0.002, 0.1) * (250 if problem == "quarter-car" else 2e4)
+    branch = ("+", leaf("k", b * omega**2), leaf("b", b), leaf("c", Q * b * omega))
+    return ("|", leaf("c", log_uniform(rng, 3e2, 3e3) * (1 if problem == "quarter-car" else 10)), branch)
+
+
 _RANGES = {"k": (1e4, 1e7), "c": (1e2, 1e6), "b": (1.0, 1e4)}
 
 
@@ -232,6 +240,7 @@ KINDS: dict[str, Callable[[np.random.Generator, str], Node | tuple[str, Device]]
         undamped,
         plant_pole,
         biquadratic,
+        tuned,
     )
 }
 

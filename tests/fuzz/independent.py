@@ -105,8 +105,9 @@ def settled(compute: Callable[[], arb], scale: float = 0.0) -> float:
     for bits in (128, 256, 512, 1024, 2048, 4096, 8192, 16384):
         with ctx.workprec(bits):
             ball = compute()
-            if ball.is_finite() and float(ball.rad()) <= DIGITS * max(abs(float(ball.mid())), scale):
-                return float(ball.mid())
+            middle = float(ball.mid())
+            if math.isfinite(middle) and float(ball.rad()) <= DIGITS * max(abs(middle), scale):
+                return middle
     raise ArithmeticError(f"16384 bits do not settle {ball}")
 
 
@@ -153,12 +154,14 @@ class Loop:
                     return np.array([complex(float(r.real.mid()), float(r.imag.mid())) for r in self.roots])
         raise NotStable("a real part that 8192 bits cannot tell from 0")
 
-    def require_stable(self) -> None:
+    def require_stable(self) -> float:
+        """The slowest decay as a share of the fastest pole."""
         if not len(self.poles):
-            return
+            return 1.0
         worst = self.poles[int(np.argmax(self.poles.real))]
         if worst.real >= 0:
             raise NotStable(f"a pole at {worst:.6g}")
+        return -worst.real / float(np.abs(self.poles).max())
 
     # --- mean squares ------------------------------------------------------------------------------------------
 
@@ -214,9 +217,9 @@ class Loop:
         slope = top.derivative() * bottom - top * bottom.derivative()
         if bottom[0] == 0:
             return math.inf
-        found = [float((top[0] / bottom[0]).p) / float((top[0] / bottom[0]).q)]
+        found = [float_of(top[0] / bottom[0])]
         if top.degree() == bottom.degree():
-            found.append(float(Fraction(str(top.leading_coefficient() / bottom.leading_coefficient()))))
+            found.append(float_of(top.leading_coefficient() / bottom.leading_coefficient()))
         if slope != 0:
             slope = slope // slope.gcd(slope.derivative())
             with ctx.workprec(256):
@@ -278,7 +281,7 @@ class Loop:
         last = float(begins.max())
         amplitude = np.abs((change[:, None] * r * np.exp(-np.outer(begins - last, p))).sum(axis=0) / p**2)
         rest = sum(
-            c * float(Fraction(str(first_order(N, self.P)))) - c * b * float(Fraction(str(N[0] / self.P[0])))
+            c * float_of(first_order(N, self.P)) - c * b * float_of(N[0] / self.P[0])
             for b, c, N in zip(begins, change, (N for _, _, N in terms), strict=True)
         )
         relevant = amplitude > 1e-10 * (np.abs(rest) + amplitude.max())
@@ -302,7 +305,7 @@ class Loop:
             remaining = abs(rest) + float((amplitude * np.exp(p.real * (end - last))).sum())
             if stop is not None or remaining <= best * (1 + 1e-9) or (remaining - abs(rest)) <= 1e-9 * best:
                 break
-            start, end = end, end + 1000 * step * 100
+            start, end = end, end + 20_000 * step
         return best if math.isinf(when) else abs(sharply(when))
 
 
@@ -310,8 +313,9 @@ def ramp(x: np.ndarray) -> np.ndarray:
     """(e^x − 1 − x)/x², by its series where x is small."""
     small = np.abs(x) < 0.1
     safe = np.where(small, 1.0, x)
-    near = sum(x**i / math.factorial(i + 2) for i in range(12))
-    return np.where(small, near, (np.exp(safe) - 1.0 - safe) / safe**2)
+    found = (np.exp(safe) - 1.0 - safe) / safe**2
+    found[small] = np.polyval([1 / math.factorial(i + 2) for i in reversed(range(10))], x[small])
+    return found
 
 
 def first_order(N: Polynomial, P: Polynomial) -> fmpq:
@@ -375,7 +379,7 @@ def quarter_car(device: Device, vehicle: Mapping[str, float] = QUARTER_CAR, gain
     ms, mu, kt = v["ms"], v["mu"], v["kt"]
     a, b = stiffness_form(parallel(element("k", Fraction(vehicle["k"])), device))
     loop = Loop(b * (mu * S**2 + kt) * ms * S**2 + a * ((ms + mu) * S**2 + kt))
-    loop.require_stable()
+    decay = loop.require_stable()
     outputs = {"acceleration": S * a * kt, "tyre_force": -kt * S * (mu * ms * S**2 * b + a * (ms + mu))}
     density = 4 * math.pi * vehicle["V"] * vehicle["kappa"]
     zero = Fraction(0)
@@ -385,12 +389,11 @@ def quarter_car(device: Device, vehicle: Mapping[str, float] = QUARTER_CAR, gain
     }
     if gains:
         found |= {f"gain_{name}": loop.gain([N]) for name, N in outputs.items()}
-    return found | {"static_stiffness": static_stiffness(a, b)}
+    return found | {"static_stiffness": static_stiffness(a, b), "decay": decay}
 
 
 def static_stiffness(a: Polynomial, b: Polynomial) -> float:
-    ratio = a[0] / b[0]
-    return float(Fraction(int(ratio.p), int(ratio.q)))
+    return float_of(a[0] / b[0])
 
 
 # --- side view -------------------------------------------------------------------------------------------------
@@ -422,7 +425,7 @@ def side_view(
     }
     loop = Loop(*P.values())
     Loop(v["Ib"] * S**2 + 2 * v["lbx"] ** 2 * g1).require_stable()
-    loop.require_stable()
+    decay = loop.require_stable()
     to_common = {name: loop.exact // P[name] for name in P}
     acceleration = {name: S * a * g1 * to_common[name] / 2 for name in P}
     deflection = {name: J * S * g1 * b * to_common[name] / 2 for name, J in inertia.items()}
@@ -449,7 +452,7 @@ def side_view(
             f"deflection_rms_{end}": spread,
             f"deflection_overall_{end}": top + 3 * spread,
         }
-    return found | {"static_stiffness": static_stiffness(a, b)}
+    return found | {"static_stiffness": static_stiffness(a, b), "decay": decay}
 
 
 # --- plan view -------------------------------------------------------------------------------------------------
@@ -566,8 +569,7 @@ def plan_view(device: Device, vehicle: Mapping[str, float] = PLAN_VIEW, until: f
     speeds = [{**vehicle, "V": float(V)} for V in range(1, 56)]
     loops = [_plan_view_loop(at, a, b) for at in speeds]
     here, closed = _plan_view_loop(vehicle, a, b)
-    for loop in [here, *(loop for loop, _ in loops)]:
-        loop.require_stable()
+    decay = min(loop.require_stable() for loop in [here, *(loop for loop, _ in loops)])
     damping = [float((-loop.poles.real / np.abs(loop.poles)).min()) for loop, _ in loops]
     sums = [lateral_sum(loop, parts, a, b, at) for (loop, parts), at in zip(loops, speeds, strict=True)]
     delays = [Fraction(0), 2 * Fraction(vehicle["lwx"]) / Fraction(vehicle["V"])]
@@ -578,6 +580,7 @@ def plan_view(device: Device, vehicle: Mapping[str, float] = PLAN_VIEW, until: f
         "J1y": lateral_sum(here, closed, a, b, vehicle),
         "Ldmp": 100 * min(damping),
         "max_yv": 1e3 * top,
+        "decay": decay,
         "static_stiffness": static_stiffness(a, b),
     }
 

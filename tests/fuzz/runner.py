@@ -50,11 +50,7 @@ class Commands:
         return self
 
     def __exit__(self, *_: object) -> None:
-        assert self._server.stdin is not None
-        assert self._server.stdout is not None
-        self._server.stdin.close()
-        self._server.wait()
-        self._server.stdout.close()
+        self._server.communicate()
 
     def __call__(self, *words: str, folder: Path | None = None, cpu: int = CPU, wall: int = WALL) -> Answer:
         request = {"words": words, "folder": str(folder or ROOT), "cpu": cpu, "wall": wall}
