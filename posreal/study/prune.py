@@ -9,7 +9,7 @@ are free, and like parts merge, a smaller network may have more poles than the d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -26,9 +26,10 @@ from posreal.study.mounted import BUSH, STATIC, mounted
 
 PRUNE = 5e-4  # of the objective
 WIDE = 2  # networks of each size that go on
-TRIED = 10  # removals whose values are improved, of those that promise most
+TRIED = 8  # removals whose values are improved, of those that promise most
+IDLE = 0.1  # of the fraction: what parts that go before any value is improved may cost
 DECADES = 4  # to either side: how far a value may move
-DIGITS = (4, 5, 6, 8, 10, 12, 17)  # significant digits of values, tried in turn
+DIGITS = (4, 5, 6, 8, 10, 12)  # significant digits of values, tried in turn
 ROUNDED = 1e-7  # relative cost of rounding
 
 
@@ -69,14 +70,45 @@ def pruned(
         return None
     best = design.objective.value
     level, kept = [_Built(design.network, design)], []
+    shed = _without_idle(design, IDLE * fraction)
+    if len(shed) < len(design.network):
+        improved = _Start(design.problem, shed).improved(design)
+        if improved is not None and improved.value <= best * (1 + fraction):
+            level, kept = [improved], [improved]
     while level:
         progress(f"leaving out parts of {min(len(built.network) for built in level)}")
         smaller = _smaller(level)
         best = min([best, *(built.value for built in smaller)])
         level = sorted((b for b in smaller if b.value <= best * (1 + fraction)), key=_rank)[:WIDE]
-        kept += level
+        kept = kept + level
     fitting = [built for built in kept if built.value <= best * (1 + fraction)]
-    return min(fitting, key=_rank).design if fitting else None
+    return _in_few_digits(min(fitting, key=_rank).design) if fitting else None
+
+
+def _without_idle(design: Design, fraction: float) -> Network:
+    """The design's network without the parts that may go as it stands, one by one the least missed.
+
+    Where constraints hold a part in its place the objective does not tell; then none goes.
+    """
+    assert design.network is not None
+    network = design.network
+    if design.problem.constraints:
+        return network
+    limit = _Start(design.problem, network).promise * (1 + fraction)
+    while True:
+        starts = [_Start(design.problem, smaller) for smaller in _removals(network)]
+        least = min(starts, key=lambda start: start.promise, default=None)
+        if least is None or least.promise > limit:
+            return network
+        network = least.network
+
+
+def _removals(network: Network) -> Iterator[Network]:
+    """The network with each element opened and shorted; one that dissipates nothing is no suspension."""
+    for index, shorted in product(range(len(network)), (False, True)):
+        smaller = removed(network, index, shorted=shorted)
+        if smaller is not None and smaller.counts.dampers:
+            yield smaller
 
 
 def _rank(built: _Built) -> tuple[int, float]:
@@ -119,26 +151,18 @@ class _Start:
         tuned = {name: found.parameters.get(name, value) for name, value in self.point[1].items()}
         if self.problem.roles.get("static spring") in tuned:
             tuned[self.problem.roles["static spring"]] = found.parameters[STATIC]
-        changed = self.problem.with_vehicle(tuned)
-        for digits in DIGITS:
-            values = {
-                name: to_fraction(rounded(to_fmpq(found.parameters[name]), digits)) for name in self.network.names
-            }
-            built = _measured(design, changed, self.network.with_values(values), tuned)
-            if built.design.feasible and built.value <= found.objective.value * (1 + ROUNDED):
-                return built
-        return None
+        network = self.network.with_values({name: found.parameters[name] for name in self.network.names})
+        measured = _measured(design, self.problem.with_vehicle(tuned), network, tuned)
+        return _Built(network, measured) if measured.feasible else None
 
 
 def _smaller(level: list[_Built]) -> list[_Built]:
     """Networks with a part less, improved: those that promise most as they are."""
     starts: dict[str, _Start] = {}
     for built in level:
-        for index, shorted in product(range(len(built.network)), (False, True)):
-            network = removed(built.network, index, shorted=shorted)
-            if network is not None:
-                start = _Start(built.design.problem, network)
-                starts.setdefault(f"{len(network)} {start.promise:.9g}", start)  # the same number, the same admittance
+        for network in _removals(built.network):
+            start = _Start(built.design.problem, network)
+            starts.setdefault(f"{len(network)} {start.promise:.9g}", start)  # the same number, the same admittance
     ranked = sorted(starts.values(), key=lambda start: start.promise)[:TRIED]
     found = [start.improved(level[0].design) for start in ranked if start.promise < math.inf]
     return [built for built in found if built is not None]
@@ -153,10 +177,21 @@ def _rule(name: str, value: object) -> ElementRule:
     return ElementRule(bounds=(size / 10**DECADES, size * 10**DECADES))
 
 
-def _measured(design: Design, problem: Problem, network: Network, vehicle: Mapping[str, float]) -> _Built:
+def _in_few_digits(design: Design) -> Design:
+    """The design with values of as few significant digits as cost next to nothing."""
+    assert design.network is not None
+    network, most = design.network, design.objective.value * (1 + ROUNDED)
+    for digits in DIGITS:
+        values = {name: to_fraction(rounded(to_fmpq(value), digits)) for name, value in network.exact_values().items()}
+        short = _measured(design, design.problem, network.with_values(values), design.parameters)
+        if short.feasible and short.objective.value <= most:
+            return short
+    return design
+
+
+def _measured(design: Design, problem: Problem, network: Network, vehicle: Mapping[str, float]) -> Design:
     device = network.admittance()
     metrics = problem.metrics(problem.port(device))
-    measured = replace(
-        design, problem=problem, device=device, network=network, metrics=metrics, parameters=dict(vehicle)
+    return guarded(
+        replace(design, problem=problem, device=device, network=network, metrics=metrics, parameters=dict(vehicle))
     )
-    return _Built(network, guarded(measured))

@@ -72,10 +72,10 @@ def _left_out(design: Design, realisation: Realisation, smaller: Design) -> str:
     before, after = design.objective, smaller.objective
     change = 100 * (after.value / before.value - 1)
     worth = f"{abs(change):.2g} % {'better' if change < 0 else 'worse'}" if change else "the same"
+    whole, gone = len(realisation.network), len(realisation.network) - len(network)
     return (
-        f"{len(realisation.network) - len(network)} of the {len(realisation.network)} elements that the device takes "
-        f"({realisation.method}) were left out and the values improved: {objective} {after.value:.6g} {after.unit}, "
-        f"{worth}; the device of order {design.order} has {before.value:.6g}"
+        f"{gone} of the {whole} elements that the device takes ({realisation.method}) left out, the values improved: "
+        f"{objective} {after.value:.6g} {after.unit}, {worth}; the device of order {design.order} has {before.value:.6g}"
     )
 
 
