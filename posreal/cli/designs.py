@@ -40,6 +40,8 @@ from posreal.cli.output import (
     write_network,
 )
 
+NETWORKS = ", every figure recomputed from the network below"
+
 
 def evaluate(
     problem: ProblemName,
@@ -131,6 +133,9 @@ def synthesise(
     order: Annotated[int, typer.Option(min=0, max=12, help="McMillan degree of the device.")],
     method: Annotated[str, typer.Option(help="auto, or bmi for the iterated SDPs alone.")] = "auto",
     realise: Annotated[bool, typer.Option(help="Realise the device as a network.")] = True,
+    prune: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Part of the objective that leaving out elements may cost in all.")
+    ] = 5e-4,
     spring: Annotated[
         bool, typer.Option("--spring", help="A free spring beside the device, on top of the order.")
     ] = False,
@@ -173,22 +178,21 @@ def synthesise(
         )
         if realise:
             say("realising the admittance as a network")
-            built, realisation = realised(design)
+            built, realisation = realised(design, prune=prune, progress=say)
     written = write_network(realisation.network, write) if realise else []
-    varied = vary(built if realise else design, over) if over else None
+    shown = built if realise else design
+    varied = vary(shown, over) if over else None
     if as_json:
         network = {"network": network_dict(realisation, ascii, width)} if realise else {}
         extra = {} if varied is None else {"sweep": varied.to_dict()}
-        print_json({"design": (built if realise else design).to_dict(), **network, **extra})
+        print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
-    assert design.device is not None
-    print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(design.device)}\n")
-    print_design(design, heading=f"{question.name}: synthesised, order {design.order}")
+    assert shown.device is not None
+    print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(shown.device)}\n")
+    print_design(shown, heading=f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else ""))
     if realise:
         print("\nNetwork by ", end="")
-        print_network(realisation, ascii, width, shown=mounted(design.problem, realisation.network))
-        print()
-        print_design(built, heading="The network's own figures, recomputed from the network")
+        print_network(realisation, ascii, width, shown=mounted(shown.problem, realisation.network))
     print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
 

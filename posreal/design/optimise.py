@@ -161,6 +161,11 @@ class _Station:
         elements = self._elements_at.get(constraint.point, self.elements)
         return self.damping(constraint.point, speeds).least(elements.device(point[0]), point[1])
 
+    def point(self, values: Mapping[str, float], vehicle: Mapping[str, float]) -> Point:
+        """Where named values lie."""
+        theta = np.log([values[name] for name in self.elements.names])
+        return theta, {name: vehicle[name] for name in self.free}
+
     def tuned(self, point: Point) -> Problem:
         """The problem with its vehicle parameters in place."""
         return self.problem.with_vehicle(point[1])
@@ -396,3 +401,25 @@ def _at_bounds(station: _Station, parameters: Mapping[str, float]) -> list[str]:
         elif where >= high - 1e-6:
             said.append(f"{name} at its upper bound")
     return said
+
+
+def improve(
+    problem: Problem, layout: Layout, values: Mapping[str, float], vehicle: Mapping[str, float]
+) -> Design | None:
+    """The local optimum that a layout reaches from given values of its elements and of free vehicle parameters.
+
+    Returns
+    -------
+    Design or None
+        Measured by the problem's own metrics; None if the search found nothing that can be measured.
+    """
+    station = _Station(problem, layout)
+    design, _ = _from_start(station, station.point(values, vehicle))
+    return design
+
+
+def promise(problem: Problem, layout: Layout, values: Mapping[str, float], vehicle: Mapping[str, float]) -> float:
+    """The objective at given values as the search sees it, constraints and stability left out of account."""
+    station = _Station(problem, layout)
+    with np.errstate(all="ignore"):
+        return station.value(station.objective, station.point(values, vehicle))

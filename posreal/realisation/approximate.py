@@ -20,7 +20,7 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.errors import BadInput, Infeasible
 from posreal.network import Element, Network
-from posreal.network.topologies import letters, topologies
+from posreal.network.topologies import topologies
 from posreal.realisation.elements import revalued
 from posreal.realisation.fit import Limits, fitted
 from posreal.realisation.proof import corners
@@ -31,8 +31,6 @@ POINTS = 40  # frequencies over the band, for fitting
 DENSE = 400  # for measuring the misfit of what was fitted
 NEAR = 5  # times the tolerance: the misfit up to which screened networks are fitted well,
 KEPT = 12  # of each size at most
-PROMISING = 1e-3  # misfit of a screened network that may turn out to be the device itself
-WORKING_PRECISION = 1e-12
 
 
 def close_network(
@@ -90,26 +88,6 @@ def close_network(
         f"no network of {largest} elements or fewer was found within {tolerance:g} of it over {low:.4g} to "
         f"{high:.4g} rad/s" + (f" (the best is off by {best:.2g})" if best < np.inf else "")
     )
-
-
-def few_elements(y: Rational, at_most: int, seed: int = 0) -> Network | None:
-    """A network of at most so many elements that is the device, to working precision; None if none is found.
-
-    No synthesis procedure leads to these: a device of degree 3 to 5 with so few elements is one of a thin set, and
-    every topology with enough springs and inerters for the degree is fitted to see.
-    """
-    low, high = corners(y)[0] * 10, corners(y)[1] / 10
-    omega, dense = (np.geomspace(low, high, count) for count in (POINTS, DENSE))
-    for size in range(y.degree, at_most + 1):
-        storing = [form for form in topologies(size) if size - letters(form).count("c") >= y.degree]
-        for rough, network in screened(storing, y, (low, high), None, seed, KEPT):
-            if rough > PROMISING:
-                break
-            network = fitted(network, y, omega, None, seed + 1)
-            misfit = _misfit(network, y, dense)
-            if misfit <= WORKING_PRECISION:
-                return _shortened(network, y, dense, misfit, WORKING_PRECISION, None)[0]
-    return None
 
 
 def _shortened(

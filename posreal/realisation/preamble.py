@@ -14,8 +14,11 @@ function of frequency, Journal of Mathematics and Physics 10 (1931) 191–236.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import combinations
+from operator import or_
 
 from flint import fmpq, fmpq_poly
 
@@ -27,6 +30,8 @@ from posreal.realisation.elements import damper, dual, inerter, spring
 from posreal.realisation.multiprecision import Long, at_axis, squared_size
 
 Recurse = Callable[[Rational], Network]
+Small = Callable[[Rational, int], Network | None]
+"""(admittance, most elements) → a network found otherwise."""
 Cycle = Callable[[Rational, fmpq, Long, Recurse], Network]
 """(admittance of a minimum function, ω₀², arithmetic, recursion) → network."""
 
@@ -36,10 +41,11 @@ TRY_BOTH = 4  # up to this degree, dampers are tried on both sides of a minimum 
 
 @dataclass(frozen=True)
 class Synthesis:
-    """The preamble, with the cycle that takes over at minimum functions."""
+    """The preamble, with the cycle that takes over at minimum functions; `small` is asked first, of every remainder."""
 
     cycle: Cycle
     arithmetic: Long
+    small: Small | None = None
 
     def __call__(self, device: Rational) -> Network:
         """A network with this admittance, which must be positive real and not zero.
@@ -58,14 +64,34 @@ class Synthesis:
         y = self.arithmetic.cleaned(device)
         if y.degree == 0:
             return damper(y.n[0])
-        legs, rest = axis_legs(y, self.arithmetic)
-        if legs:
-            return parallel(*legs, *([] if self.arithmetic.is_nothing(rest, y) else [self(rest)]))
-        legs, rest = axis_legs(y.inverse(), self.arithmetic)
-        if legs:
-            done = self.arithmetic.is_nothing(rest, y.inverse())
-            return series(*map(dual, legs), *([] if done else [self(rest.inverse())]))
+        few = self.small(y, MOST) if self.small is not None else None
+        if few is not None:
+            return few
+        for side, inverted in ((y, False), (y.inverse(), True)):
+            legs, rest = axis_legs(side, self.arithmetic)
+            if legs:
+                network = self._without_legs(side, legs, rest, inverted)
+                return self._fewer(side, legs, rest, inverted, network)
         return self._without_resistance(y)
+
+    def _without_legs(self, side: Rational, legs: Sequence[Network], rest: Rational, inverted: bool) -> Network:
+        inner = [] if self.arithmetic.is_nothing(rest, side) else [self(rest.inverse() if inverted else rest)]
+        return series(*map(dual, legs), *inner) if inverted else parallel(*legs, *inner)
+
+    def _fewer(
+        self, side: Rational, legs: Sequence[Network], rest: Rational, inverted: bool, network: Network
+    ) -> Network:
+        """The network, or a smaller one in which a small network keeps some of the legs' poles to itself."""
+        if self.small is None:
+            return network
+        for count in range(1, len(legs)):
+            for off in combinations(range(len(legs)), count):
+                kept = reduce(or_, (leg.admittance() for i, leg in enumerate(legs) if i not in off), rest)
+                outside = [legs[i] for i in off]
+                few = self.small(kept.inverse() if inverted else kept, len(network) - 1 - sum(map(len, outside)))
+                if few is not None:
+                    network = series(*map(dual, outside), few) if inverted else parallel(*outside, few)
+        return network
 
     def _without_resistance(self, y: Rational) -> Network:
         sides: list[tuple[Rational, bool, fmpq, resistance.Minimum]] = []
@@ -75,7 +101,10 @@ class Synthesis:
                 raise BadDevice("A pole on the axis was not recognised; raise the precision.")
             sides.append((side, inverted, least.value, least))
         ends = [entry for entry in sides if not entry[3].inside]
-        choices = (ends or sides) if y.degree <= TRY_BOTH else (ends or sides)[:1]
+        choices = ends or sides
+        if self.small is not None:  # which may find more in what an end leaves, or in what a minimum inside does
+            choices = sorted(sides, key=lambda entry: entry[3].inside)
+        choices = choices if y.degree <= TRY_BOTH else choices[:1]
         if all(c == 0 for _, _, c, _ in choices):
             choices = choices[:1]
         networks = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
@@ -13,19 +13,22 @@ from flint import fmpq
 from posreal.admittance import Device, Rational, as_rational
 from posreal.errors import BadDevice, BadInput, DoesNotApply, Infeasible, PosrealError, Unproven, listed
 from posreal.network import Network
-from posreal.realisation.approximate import LARGEST, close_network, few_elements
+from posreal.realisation import reza_pantell
+from posreal.realisation.approximate import LARGEST, close_network
 from posreal.realisation.digits import shortest
 from posreal.realisation.fit import Limits
 from posreal.realisation.idle_dampers import without_negligible
 from posreal.realisation.lift import lifted, typical_size
-from posreal.realisation.methods import METHODS, WITH_LEVERS
+from posreal.realisation.methods import METHODS, WITH_LEVERS, Method
 from posreal.realisation.multiprecision import Long
+from posreal.realisation.preamble import Synthesis
 from posreal.realisation.proof import Proof, corners, require_proof
+from posreal.realisation.small import Few
 
 PRECISIONS = (1024, 3072, 9216)  # bits, tried in turn until the proof holds
 OVERSHOOT = fmpq(1, 10**14)
 LEAST_SIZE = 1e-297  # of element values, with the margin that `corners` adds
-SETTLED = 2  # degree up to which the methods themselves give the fewest elements
+SETTLED = 5  # elements of a device of degree 2, up to which the methods themselves give the fewest
 LARGEST_DEGREE = 20  # a minute; and beyond, nobody would build it
 
 
@@ -148,6 +151,7 @@ def realise(
     limits: Limits | None = None,
     largest: int = LARGEST,
     seed: int = 0,
+    progress: Callable[[str], None] | None = None,
 ) -> Realisation:
     """A network of springs, dampers and inerters with this admittance.
 
@@ -157,7 +161,8 @@ def realise(
         Anything `as_rational` reads. One that misses positive real by rounding is lifted by the smallest
         parallel damper that repairs it, and the result says so.
     method : str
-        A name in `METHODS`, or "auto": the fewest elements any of them gives, or `few_elements` finds.
+        A name in `METHODS`, or "auto": the fewest elements any of them gives, or :class:`.small.Few` finds for the
+        device or for what is left of it after a step of the preamble.
     levers : bool
         Let "auto" use levers (Brune), which cost an element of another kind but save many.
     tolerance : float, optional
@@ -171,6 +176,8 @@ def realise(
         Elements up to which smaller networks are looked for.
     seed : int
         Of the starts of that search.
+    progress : function of str, optional
+        Called with a line for each size of small networks that is tried.
 
     Returns
     -------
@@ -191,7 +198,7 @@ def realise(
         If the network's admittance is not the device's; a fault of the program.
     """
     if method == "auto":
-        found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS])
+        found = realise_all(device, [name for name in METHODS if levers or name not in WITH_LEVERS], progress)
         buildable = [r for r in found if limits is None or limits.broken_by(r.network) is None]
         smaller = min(largest, len(buildable[0].network) - 1) if buildable else largest
         if tolerance is None or smaller == 0:
@@ -209,29 +216,42 @@ def realise(
     if method not in METHODS:
         raise BadInput(f"There is no method {method!r}; take auto, {listed(METHODS)}.")
     y, repaired, lift, notes = _prepared(device)
-    return _within([_realised(method, y, repaired, lift, notes)], limits)
+    return _within([_realised(method, METHODS[method], y, repaired, lift, notes)], limits)
 
 
-def realise_all(device: Device, methods: Iterable[str] | None = None) -> list[Realisation]:
+def realise_all(
+    device: Device, methods: Iterable[str] | None = None, progress: Callable[[str], None] | None = None
+) -> list[Realisation]:
     """Every realisation there is a method for, fewest elements first; methods that do not apply are left out.
 
-    A network of up to five elements that no method leads to stands among them as "few", where one is found.
+    A network with fewer elements than any method leads to stands among them as "few", where one is found: of up to six
+    elements, or the preamble with such a network for what is left.
     Parameters and errors are those of `realise`.
     """
     y, repaired, lift, notes = _prepared(device)
     found, refusals = [], []
     for method in METHODS if methods is None else methods:
         try:
-            found.append(_realised(method, y, repaired, lift, notes))
+            found.append(_realised(method, METHODS[method], y, repaired, lift, notes))
         except DoesNotApply as refusal:
             refusals.append(refusal)
     if not found:
         raise refusals[-1]
-    fewer = min(LARGEST, min(len(r.network) for r in found) - 1)
-    network = few_elements(repaired, fewer) if repaired.degree > SETTLED else None
-    if network is not None:
-        with contextlib.suppress(Unproven):  # close in the band where it was fitted, and not beyond
-            found.append(Realisation(network, "few", y, repaired, require_proof(network, repaired), lift, notes))
+    fewest = min(len(r.network) for r in found)
+    if repaired.degree > 2 or (repaired.degree == 2 and fewest > SETTLED):
+
+        def few(target: Rational, arithmetic: Long) -> Network:
+            small = Few(arithmetic, progress or (lambda text: None))
+            network = small(target, fewest - 1)
+            if network is None and fewest > small.largest and not lift:
+                network = Synthesis(reza_pantell.cycle, arithmetic, small)(target)
+            if network is None or len(network) >= fewest:
+                raise DoesNotApply("No network was found that is smaller than those of the methods.")
+            return network
+
+        with contextlib.suppress(DoesNotApply, Unproven):
+            # a lift makes a network larger and its device another one: what has few elements is passive without
+            found.append(_realised("few", few, y, y if lift else repaired, 0.0, ()))
     return sorted(found, key=lambda r: r.rank)
 
 
@@ -279,7 +299,9 @@ def _prepared(device: Device) -> tuple[Rational, Rational, float, tuple[str, ...
     return y, repaired, lift, notes
 
 
-def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tuple[str, ...]) -> Realisation:
+def _realised(
+    method: str, make: Method, y: Rational, target: Rational, lift: float, notes: tuple[str, ...]
+) -> Realisation:
     attempts = [Long(bits) for bits in PRECISIONS]
     if lift:  # what the lift overshoots by is no damper to build
         attempts.insert(0, Long(PRECISIONS[0], negligible=OVERSHOOT))
@@ -287,7 +309,7 @@ def _realised(method: str, y: Rational, target: Rational, lift: float, notes: tu
     for attempt in attempts:
         arithmetic = attempt.around(target)
         try:
-            network = shortest(METHODS[method](target, arithmetic), target, arithmetic)
+            network = shortest(make(target, arithmetic), target, arithmetic)
             network, left_out = without_negligible(network, target)
             proof = require_proof(network, target)
             return Realisation(network, method, y, target, proof, lift, (*notes, *left_out))

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
 
 from posreal.design import Design, Problem
-from posreal.network import Network, Spring
+from posreal.network import Network
 from posreal.realisation import Realisation, realise
+from posreal.realisation.proof import require_proof
+from posreal.study.mounted import mounted
+from posreal.study.prune import PRUNE, pruned
+
+PRINTED = 1e-6  # relative difference of figures that shows
 
 
-def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisation]:
-    """The design with a network in its device's place, and everything measured again from that network.
+def realised(
+    design: Design,
+    *,
+    method: str = "auto",
+    prune: float = PRUNE,
+    progress: Callable[[str], None] = lambda text: None,
+) -> tuple[Design, Realisation]:
+    """The design with a network in its device's place, without the parts that it hardly needs, and measured from it.
 
     Parameters
     ----------
@@ -19,27 +30,53 @@ def realised(design: Design, *, method: str = "auto") -> tuple[Design, Realisati
         With a device.
     method : str
         A realisation method of :func:`posreal.realise`.
+    prune : float
+        Fraction of the objective that leaving out parts may cost in all (:mod:`.prune`); with 0 every part stays.
+    progress : function of str
+        Called with a line at each event worth one.
 
     Returns
     -------
     Design
-        With the network, and the metrics that its own admittance gives.
+        With the network, and the metrics that its own admittance gives; where parts were left out the network's
+        admittance is the device, and a note says what it was made from.
     Realisation
     """
     assert design.device is not None
-    realisation = realise(design.device, method)
+    realisation = realise(design.device, method, progress=progress)
     found = {**design.found, "realised_by": realisation.method, "residual": realisation.residual}
     metrics = design.problem.metrics(design.problem.port(realisation.network.admittance(), whole=design.whole))
-    return replace(design, network=realisation.network, metrics=metrics, found=found), realisation
+    built = replace(design, network=realisation.network, metrics=metrics, found=found)
+    smaller = pruned(built, prune, progress) if prune > 0 else None
+    if smaller is None:
+        off = metrics[design.problem.objective].value / design.objective.value - 1
+        if abs(off) > PRINTED:
+            said = f"the network's {design.problem.objective} differs from the device's by {off:+.1e} of it"
+            built = replace(built, found={**found, "notes": [*design.found.get("notes", ()), said]})
+        return built, realisation
+    assert smaller.network is not None
+    assert smaller.device is not None
+    note = _left_out(design, realisation, smaller)
+    proof = require_proof(smaller.network, smaller.device)
+    notes = [*design.found.get("notes", ()), note]
+    return (
+        replace(smaller, found={**found, "realised_by": "pruning", "residual": proof.residual, "notes": notes}),
+        Realisation(smaller.network, "pruned", design.device, smaller.device, proof, notes=(note,)),
+    )
 
 
-def mounted(problem: Problem, network: Network) -> Network:
-    """A network in the device's place together with the spring that belongs to the strut: the bush behind it, or the
-    static spring beside it (not the airspring, which is a part of its own)."""
-    for role, name in problem.roles.items():
-        spring = Spring(Fraction(getattr(problem.vehicle, name)), f"k_{role.split()[0]}")
-        network = spring + network if role == "bush" else spring | network
-    return network
+def _left_out(design: Design, realisation: Realisation, smaller: Design) -> str:
+    """What pruning did, and what it costs."""
+    network, objective = smaller.network, design.problem.objective
+    assert network is not None
+    before, after = design.objective, smaller.objective
+    change = 100 * (after.value / before.value - 1)
+    worth = f"{abs(change):.2g} % {'better' if change < 0 else 'worse'}" if change else "the same"
+    whole, gone = len(realisation.network), len(realisation.network) - len(network)
+    return (
+        f"{gone} of the {whole} elements of the device ({realisation.method}) left out, the values improved: "
+        f"{objective} {after.value:.6g} {after.unit}, {worth}; the device (order {design.order}) has {before.value:.6g}"
+    )
 
 
 def terminals(problem: Problem) -> tuple[str, str]:

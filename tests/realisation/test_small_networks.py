@@ -1,17 +1,20 @@
 """Fewest elements: the Reza–Pantell–Fialkow–Gerst bridge, biquadratics, and close networks."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
+from flint import fmpq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from posreal.admittance import Rational, check, is_positive_real, parse_rational, random_port_hamiltonian
 from posreal.errors import BadInput, Infeasible
 from posreal.network import nodal_admittance, parse
-from posreal.network.topologies import topologies
+from posreal.network.topologies import topologies, valued
 from posreal.realisation import DoesNotApply, Limits, nearest_positive_real, realise, realise_all
+from posreal.realisation.catalogue import behaviour, catalogue
 from posreal.realisation.screen import screened
 from tests import strategies
 
@@ -298,3 +301,72 @@ def test_few_elements_that_fit_in_the_band_only_are_left_out():
         "/(s^4 + 215230/57873*s^3 + 109/86*s^2 + 548725/4977078*s)"
     )
     assert all(found.residual < 1e-9 for found in realise_all(y))
+
+
+@pytest.mark.parametrize(
+    ("text", "counts"),
+    [
+        ("(2*s^4+13/3*s^3+20/3*s^2+10/3*s+8/3)/(s^4+1/3*s^3+4*s^2+2/3*s+4/3)", (4, 2)),
+        ("(3*s^4+9*s^3+13.5*s^2+19.5*s+13.5)/(s^4+2*s^3+5.5*s^2+4.5*s)", (4, 2)),
+    ],
+)
+def test_six_elements_that_no_procedure_leads_to(text, counts):
+    result = realise(text)
+    assert (result.springs + result.inerters, result.dampers, result.levers) == (*counts, 0)
+    assert nodal_admittance(result.network) == parse_rational(text)
+
+
+def test_the_second_of_them_is_a_bridge():
+    assert "{" in str(realise("(3*s^4+9*s^3+13.5*s^2+19.5*s+13.5)/(s^4+2*s^3+5.5*s^2+4.5*s)").network)
+
+
+def test_small_networks_are_looked_for_in_what_the_preamble_leaves():
+    """Eight elements: a damper and a resonator around a bridge of six that no procedure leads to."""
+    inner = parse("{1-2: b1=2, 1-3: k1=3 | c1=5, 2-3: b2=7, 2-0: k2=11, 3-0: k3=13}").admittance()
+    y = parse("k=1 + b=1").admittance() | inner
+    result = realise(y)
+    assert (result.method, len(result.network)) == ("few", 8)
+    assert nodal_admittance(result.network) == y
+
+
+@pytest.mark.parametrize("size", [5, 6])
+def test_trees_and_forests_of_the_catalogue_are_the_admittance(size):
+    """Against nodal analysis; T and U may share a power of s. Every seventeenth of the catalogue."""
+    primes = [fmpq(p) for p in (2, 3, 5, 7, 11, 13)][:size]
+    count = 0
+    for degree, *ends in product(range(1, 7), (-1, 0, 1), (-1, 0, 1)):
+        for entry in catalogue(size, degree, tuple(ends)).entries[::17]:
+            (top, *_), (bottom, *_) = entry.polynomials(primes)
+            found = nodal_admittance(valued(entry.form, [int(p.p) for p in primes]))
+            assert Rational(top, bottom) == found
+            assert behaviour(found) == tuple(ends)
+            assert found.degree <= entry.degree
+            count += 1
+    assert count > 100
+
+
+def test_every_topology_stands_in_the_catalogue_once():
+    """With degree 0 asked for nothing is left out; no network goes with s^(−2) or beyond at either end."""
+    for size in range(1, 7):
+        found = [e.form for ends in product((-1, 0, 1), repeat=2) for e in catalogue(size, 0, ends).entries]
+        assert sorted(map(str, found)) == sorted(map(str, topologies(size)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_networks_of_six_elements_come_back_as_small(seed):
+    rng = np.random.default_rng([6, seed])
+    while True:
+        form = topologies(6)[rng.integers(len(topologies(6)))]
+        y = valued(form, rng.integers(1, 40, 6).tolist()).admittance()
+        if y.degree >= 3:
+            break
+    result = realise(y)
+    assert len(result.network) <= 6
+    assert result.check().residual < 1e-12
+
+
+def test_data_in_floats_are_met_to_their_digits():
+    y = parse("{1-2: b1=2, 1-3: k1=3 | c1=5, 2-3: b2=7, 2-0: k2=11, 3-0: k3=13}").admittance().rounded(16)
+    result = realise(y)
+    assert len(result.network) == 6
+    assert 0 < result.residual < 1e-12
