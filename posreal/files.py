@@ -38,7 +38,7 @@ def read_bytes(path: str | Path, largest: int = PAGE) -> bytes:
         with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadInput(f"cannot read {where}: it is not a regular file")
-            content = file.read(largest + 1)
+            content = file.read(largest + 1) or b""  # None where a file of the system has nothing to say just now
     except (OSError, ValueError) as error:  # ValueError: a name with a null character
         raise BadInput(f"cannot read {where}: {getattr(error, 'strerror', None) or error}") from None
     if len(content) > largest:

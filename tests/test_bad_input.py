@@ -53,7 +53,7 @@ def refused(posreal, *words: str, says: str = "") -> None:
 
 @pytest.mark.parametrize("length", [200, 255, 256, 1000, 4095, 4096])
 def test_a_device_may_be_longer_than_a_name_of_a_file(posreal, length):
-    assert posreal("check", "s" + " " * (length - 3) + "+1")[0] == 0
+    assert posreal("check", "s+" + "1".rjust(length - 2, "0"))[0] == 0
     refused(posreal, "check", "x" * length, says="is not known; the only variable is s")
 
 
@@ -101,6 +101,22 @@ def test_a_number_that_no_float_holds_is_refused_everywhere(posreal, words, numb
     refused(posreal, *(word.format(number) for word in words))
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("evaluate", "quarter-car", "c=1e3", "--objective", "1e300*J1 + J3"),
+        ("evaluate", "quarter-car", "c=1e3", "--objective", "J3 + 1e-300*J1"),
+        ("evaluate", "quarter-car", "c=1e3", "--stiffness", "1e20"),
+        ("evaluate", "quarter-car", "c=1e3", "--stiffness", "1e-20"),
+        ("bound", "quarter-car", "--omega0", "1e-300", "--points", "3"),
+        ("bound", "quarter-car", "--omega0", "1e300", "--points", "3"),
+        ("check", "\u0663"),
+    ],
+)
+def test_numbers_at_which_the_arithmetic_breaks_down_are_refused(posreal, words):
+    refused(posreal, *words)
+
+
 @pytest.mark.parametrize("words", [("V=1e-300:1e300:3",), ("ms=1e-300:1e300:3",), ("ms=1:2:1e9",)])
 def test_a_sweep_beyond_all_reason_is_refused(posreal, words):
     refused(posreal, "evaluate", "quarter-car", "c=1e3", "--sweep", *words)
@@ -131,7 +147,6 @@ def no_file(tmp_path):
 @pytest.mark.parametrize("kind", NO_FILES)
 def test_what_is_no_regular_file_is_refused_at_once(posreal, no_file, kind):
     toml, text = no_file(kind, ".toml"), no_file(kind, ".json")
-    says = "loop" if kind == "folder" else ""
     for words in (
         ("evaluate", "quarter-car", text),
         ("realise", text),
@@ -143,7 +158,6 @@ def test_what_is_no_regular_file_is_refused_at_once(posreal, no_file, kind):
         ("check", no_file(kind, "")) if kind in ("fifo", "device", "endless") else ("check", text),
     ):
         refused(posreal, *words)
-    assert says in ("", "loop")
 
 
 @pytest.mark.parametrize("size", [1_000_001, 3_000_000])
@@ -209,6 +223,7 @@ def test_ordinary_toml_is_read(tmp_path):
         {"numerator": [1], "denominator": [1] * 102},
         {"numerator": [[1]]},
         {"numerator": [True]},
+        {"numerator": ["٣"]},
         {"numerator": ["1e99999"]},
         {"design": {"network": 5}},
         {"network": "k=1e400"},

@@ -23,7 +23,8 @@ LONGEST_NUMBER = 20_000  # characters of one typed number
 LARGEST_EXPONENT = 2_000  # of ten, in a typed number
 
 _NUMBER = re.compile(
-    r"\s*(?P<sign>[+-]?)(?P<whole>\d*)(?:\.(?P<part>\d*))?(?:[eE](?P<power>[+-]?\d{1,6}))?(?:\s*/\s*(?P<over>\d+))?\s*"
+    r"\s*(?P<sign>[+-]?)(?P<whole>\d*)(?:\.(?P<part>\d*))?(?:[eE](?P<power>[+-]?\d{1,6}))?(?:\s*/\s*(?P<over>\d+))?\s*",
+    re.ASCII,  # other scripts have digits too
 )
 
 
@@ -41,11 +42,13 @@ def to_fmpq(value: Number) -> fmpq:
         return fmpq(value)
     if isinstance(value, str):
         return _from_text(value)
-    if isinstance(value, Integral) and not isinstance(value, bool):
+    if isinstance(value, bool):
+        raise BadDevice(f"{value} is not a coefficient; give a number.")
+    if isinstance(value, Integral):
         return fmpq(int(value))
-    if isinstance(value, RationalNumber) and not isinstance(value, bool):
+    if isinstance(value, RationalNumber):
         return fmpq(int(value.numerator), int(value.denominator))
-    if isinstance(value, Real) and not isinstance(value, bool):
+    if isinstance(value, Real):
         number = float(value)
         if number != number or number in (float("inf"), float("-inf")):
             raise BadDevice(f"{number} is not a coefficient; give finite numbers.")

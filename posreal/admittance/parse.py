@@ -30,7 +30,8 @@ LARGEST_COEFFICIENT = 20_000  # bits of a coefficient's numerator or denominator
 MOST_WORK = 150_000_000  # sum over operations of (degree + 1)² times bits: a few seconds
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))"
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))",
+    re.ASCII,  # other scripts have digits too
 )
 
 

@@ -82,6 +82,10 @@ def _run() -> int:
         return _failed(text, 2, whole=type(error).__name__ == "NoArgsIsHelpError")
     except PosrealError as error:
         return _failed(str(error), error.exit_code)
+    except (ArithmeticError, ValueError) as error:
+        if isinstance(error, ValueError) and type(error).__name__ != "LinAlgError":
+            raise
+        return _failed(f"these numbers are too far apart for floating-point arithmetic, which gave up: {error}", 1)
     except KeyboardInterrupt:
         return _failed("interrupted", 130)
     except (BrokenPipeError, SystemExit) as error:  # of a broken pipe, typer makes an exit with code 1

@@ -68,7 +68,9 @@ def bound(
     places = None if omega0 is None else [_place(part) for part in omega0.split(",")]
     rows: tuple[Any, ...] = ()
     with progress() as say:
-        found = search(question, effort=effort, L=truncation and truncation - 1, omega0=places, progress=say)
+        found = search(
+            question, effort=effort, L=truncation and truncation - 1, omega0=places, both_sides=True, progress=say
+        )
         if design is not None:
             found = found.beside(design)
         elif beside.strip():
@@ -86,7 +88,11 @@ def bound(
             f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
         )
     for row in rows:
-        print(f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below")
+        line = f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below"
+        if found.attained is not None:
+            above = 100 * (row.value / found.attained.value - 1)
+            line += f"; {above:.2g} % above what order {found.attained.device.order} reaches" if above > 0 else ""
+        print(line)
 
 
 def _place(text: str) -> float | tuple[float, float]:
@@ -96,8 +102,10 @@ def _place(text: str) -> float | tuple[float, float]:
         frequency, *damping = map(float, text.split(":"))
     except ValueError:
         frequency, damping = math.nan, []
-    if not math.isfinite(frequency) or len(damping) > 1:
-        raise BadInput(f"--omega0 {shown(text)} is not a frequency such as 20 or a pair such as 50:0.4")
+    if not 1e-6 <= frequency <= 1e9 or len(damping) > 1 or not all(1e-6 <= one <= 1e6 for one in damping):
+        raise BadInput(
+            f"--omega0 {shown(text)} is not a frequency such as 20, from 1e-6 to 1e9 rad/s, or a pair such as 50:0.4"
+        )
     return (frequency, damping[0]) if damping else frequency
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from posreal.errors import BadInput, shown
 from posreal.metric import Measured
 
+_LEAST, _MOST = 1e-30, 1e30  # of a weight
 _TERM = re.compile(r"(?:([0-9.eE+-]*[0-9.])\s*\*?\s*)?([A-Za-z]\w*)")
 
 
@@ -60,7 +61,10 @@ def weighted_sum(text: str) -> Goal:
             weight = 1.0 if match is None or match[1] is None else float(match[1])
         except ValueError:
             match, weight = None, 1.0
-        if match is None or not (weight > 0 and math.isfinite(weight)):
-            raise BadInput(f"{shown(text)} is not a sum of metrics with weights above 0, such as J1 + 0.001*J3")
+        if match is None or not _LEAST <= weight <= _MOST:
+            raise BadInput(
+                f"{shown(text)} is not a sum of metrics with weights above 0, from {_LEAST:g} to {_MOST:g}, such as "
+                "J1 + 0.001*J3"
+            )
         parts.append((match[2], weight))
     return Goal("sum", tuple(parts))

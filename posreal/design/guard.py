@@ -9,6 +9,7 @@ its own is no such device, and is held against the bound of a vehicle with the s
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from posreal.design.constraint import ROUNDING
 from posreal.design.goal import Goal
 from posreal.design.problem import Problem, Vehicle
 from posreal.design.result import Design
-from posreal.errors import PosrealError
+from posreal.errors import PosrealError, Unsettled
 from posreal.plant import hinf_norm
 from posreal.plant.mounting import Mounting
 from posreal.vehicle import UserPlant
@@ -44,7 +45,8 @@ def guarded(design: Design) -> Design:
     for metric, goal in _figures(problem):
         floor = _floor(problem.vehicle, metric, goal, held(design))
         if floor is not None:
-            floor.require_not_below(design)
+            with suppress(Unsettled):  # a figure that the bound's own method cannot compute here
+                floor.require_not_below(design)
     return design
 
 
@@ -95,7 +97,7 @@ def _floor(vehicle: Vehicle, metric: str, goal: Goal | None, mounting: Mounting)
     try:
         about = figure(Problem("guard", "", vehicle, metric, goal=goal))
         return bound(replace(about, mounting=mounting), L=order, omega0=place)
-    except (PosrealError, ArithmeticError):
+    except (PosrealError, ArithmeticError, ValueError):  # ValueError: of arrays that have overflowed
         return None
 
 

@@ -30,7 +30,7 @@ from posreal.network import Network, parse
 from posreal.units import quantity
 
 ROLES = ("static spring", "bush")
-_LEAST, _MOST = 1e-300, 1e300  # of an element
+_LEAST, _MOST = 1e-15, 1e15  # of an element, SI units
 _UNITS = {"k": "N/m", "c": "N*s/m", "b": "kg"}
 _WIDEST = {"k": (1e3, 1e9), "c": (1.0, 1e7), "b": (0.1, 1e6)}
 """Bounds of an element for which a file gives none: what a road or rail vehicle could carry."""
@@ -258,7 +258,10 @@ def _number(name: str, given: Any, where: str) -> float | str:
         except BadInput as error:
             raise BadInput(f"{where}: {error}") from None
     if isinstance(given, bool) or not isinstance(given, (int, float)) or not _LEAST <= given <= _MOST:
-        raise BadInput(f"{where}: {shown(given)} is not a value; give a number above 0, text with a unit, or a role")
+        raise BadInput(
+            f"{where}: {shown(given)} is not a value; give a number above 0, {_LEAST:g} to {_MOST:g}, text with a "
+            "unit, or a role"
+        )
     return float(given)
 
 

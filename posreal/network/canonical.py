@@ -46,7 +46,7 @@ def canonical(network: Network) -> Network:
     if isinstance(network, Series | Parallel):
         children = [canonical(child) for child in network.children]
         return type(network)(
-            tuple(sorted(children, key=lambda child: (canonical_key(child), canonical_key(child, True))))
+            tuple(sorted(children, key=lambda child: (canonical_key(child), canonical_key(child, True), str(child))))
         )
     if isinstance(network, Graph):
         return Graph(tuple((u, v, canonical(part)) for u, v, part in network.branches), network.levers)

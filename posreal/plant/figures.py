@@ -31,7 +31,6 @@ from posreal.plant.plant import ClosedLoop, Complex, Plant, Real, close
 AGREED = 5e-7
 """Relative difference of two methods at which the six digits that are printed are settled."""
 _SURE = 1e-9  # of the fastest pole: a real part that rounding has not made
-_EDGE = 1e-14  # of the fastest pole: a mode that slow is a port that is locked or left open
 _MOST_POINTS = 400_000  # of a placed grid, some seconds
 
 
@@ -127,8 +126,15 @@ class ClosedPlant:
             self._transfers[output] = exact_loop.transfer(self.plant, self.devices, output)
         return self._transfers[output]
 
-    def require_stable(self, what: str = "the vehicle") -> None:
+    def require_stable(self, what: str = "the vehicle", *, share: float = 0.0) -> None:
         """Do nothing if every mode that an output sees decays; what floats cannot tell is decided exactly.
+
+        Parameters
+        ----------
+        what : str
+            In the sentence.
+        share : float
+            Of the fastest pole: a mode that decays no faster counts as one that does not.
 
         Raises
         ------
@@ -141,7 +147,7 @@ class ClosedPlant:
             return
         if growth > _SURE * size:
             raise Infeasible(f"{what} is not stable with this device: a pole has real part {growth:.3g} 1/s")
-        if not all(self.transfer(output).decays(_EDGE) for output in self.plant.outputs):
+        if not all(self.transfer(output).decays(share) for output in self.plant.outputs):
             raise Infeasible(
                 f"{what} is on the edge of stability with this device, or beyond: beside a pole at {size:.3g} rad/s "
                 "one has no damping; if the best device locks the port or leaves it open, add a limit or another output"

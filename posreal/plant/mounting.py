@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from posreal.admittance import Rational
+from posreal.admittance import Rational, state_space
+from posreal.admittance.state_space import StateSpace
+from posreal.errors import BadInput
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,37 @@ class Mounting:
         if self.behind is None or inner.is_zero():
             return inner
         return inner.inverse().without(self.behind.inverse()).inverse()
+
+    def around(self, device: StateSpace) -> StateSpace:
+        """:meth:`port` for a device without spring and inerter, in floats, by state spaces instead of polynomials.
+
+        With x the device's states and d what the bush is compressed, f = k d + D_b (v − v_d) + C_b ξ in the bush is
+        C x + D v_d in the device, which gives v_d.
+        """
+        A, B, C, D, k = device.A, device.B, device.C, float(device.D[0, 0]), 0.0
+        if self.behind is not None:
+            bush = state_space(self.behind)
+            n, h, stiff = len(A), len(bush.A), float(bush.D[0, 0])
+            if bush.b:
+                raise BadInput("a bush with an inerter across it cannot be put in front of a state space")
+            # v_d = (pull · (x, ξ, d) + stiff v)/(D + stiff)
+            pull = np.concatenate([-C[0], bush.C[0], [bush.k]]) / (D + stiff)
+            through = stiff / (D + stiff)
+            whole = np.zeros((n + h + 1, n + h + 1))
+            whole[:n, :n], whole[n : n + h, n : n + h] = A, bush.A
+            entry = np.concatenate([B[:, 0], -bush.B[:, 0], [-1.0]])
+            whole += np.outer(entry, pull)
+            drive = entry * through + np.concatenate([np.zeros(n), bush.B[:, 0], [1.0]])
+            out = np.concatenate([C[0], np.zeros(h + 1)]) + D * pull
+            A, B, C, D = whole, drive[:, None], out[None, :], D * through
+        b = 0.0
+        if self.beside is not None:
+            other = state_space(self.beside)
+            n, h = len(A), len(other.A)
+            A = np.block([[A, np.zeros((n, h))], [np.zeros((h, n)), other.A]])
+            B, C, D = np.vstack([B, other.B]), np.hstack([C, other.C]), D + float(other.D[0, 0])
+            k, b = other.k, other.b
+        return StateSpace(A, B, C, np.array([[D]]), k, b)
 
     def response(self, Y: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Y_port and ∂Y_port/∂Y_device at the points `s`, for a device given by its values `Y` there."""

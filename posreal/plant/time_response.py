@@ -13,6 +13,7 @@ import math
 import numpy as np
 from scipy.linalg import expm
 
+from posreal.errors import Unsettled
 from posreal.plant.modes import Corners, Modes, modes
 from posreal.plant.plant import ClosedLoop, Real
 
@@ -21,6 +22,7 @@ _STEP = 1e-2  # s, between samples where no mode needs a closer look
 _PER_RADIAN = 0.4  # of the fastest mode that can be seen: its peak is missed by 2 % of its size at most
 _NEAR = 0.95  # of the largest sample: a local maximum that may be the largest
 _BLOCK = 2000  # samples at a time
+_MOST = 3_000_000  # samples, some seconds
 _UNSEEN = 1e-7  # of the largest mode: what cannot move a peak's digits
 _SETTLED = 1e-9  # of a peak
 
@@ -46,8 +48,8 @@ def corner_response(loop: ClosedLoop, output: str, corners: Corners, time: Real)
 def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
     """The largest |z(t)| over all t ≥ 0 and its instant, infinite where it is a limit that is never reached.
 
-    The samples are as close as the fastest mode that can be seen needs, and go on until what is left of the transients
-    cannot bring anything larger: behind the last corner the response is its limit and modes that decay.
+    The samples are as close as the fastest mode that can still be seen needs, and go on until what is left of the
+    transients cannot bring anything larger: behind the last corner the response is its limit and modes that decay.
 
     Parameters
     ----------
@@ -56,6 +58,11 @@ def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
     output : str
     corners : sequence of (instant, change of slope)
         The changes add up to 0, so that the input becomes constant.
+
+    Raises
+    ------
+    Unsettled
+        If it rings for so long that nobody can look.
     """
     j = of.outputs.index(output)
     changes = sum(abs(change) for _, change in corners)
@@ -65,28 +72,33 @@ def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
     )
     ramps = np.abs(of.residues[j]).sum(axis=0) * changes / np.abs(of.poles) ** 2  # of each mode, behind its corners
     decay = -of.poles.real
-    seen = ramps > _UNSEEN * max(float(ramps.max()), abs(limit))
-    step = min(_STEP, _PER_RADIAN / float(np.abs(of.poles[seen]).max(initial=1.0)))
-    start, stop, best = 0.0, max(_WINDOW, last + _STEP), 0.0
-    candidates: list[tuple[float, float]] = []
+    start, stop, best, samples = 0.0, max(_WINDOW, last + _STEP), 0.0, 0
+    candidates: list[tuple[float, float, float]] = []  # value, instant, step
     while True:
+        faded = ramps * np.exp(-decay * max(start - last, 0.0))
+        seen = faded > _UNSEEN * max(float(ramps.max()), abs(limit))
+        step = _PER_RADIAN / float(np.abs(of.poles[seen]).max(initial=1.0 / stop))
+        step = min(step, _STEP) if start == 0 else step
+        samples += math.ceil((stop - start) / step)
+        if samples > _MOST:
+            raise Unsettled(f"the peak of {output} cannot be told: {start:.3g} s after its load it still rings")
         for low in np.arange(start, stop, step * _BLOCK):
             time = low + step * np.arange(-1, _BLOCK + 1)
             z = np.abs(of.ramp(time, corners, output))
             best = max(best, float(z.max()))
             tops = (z[1:-1] >= z[:-2]) & (z[1:-1] >= z[2:]) & (z[1:-1] >= _NEAR * best)
-            top = np.union1d(np.flatnonzero(tops) + 1, np.argmax(z))
-            candidates += zip(z[top].tolist(), time[top].tolist(), strict=True)
+            for k in np.union1d(np.flatnonzero(tops) + 1, np.argmax(z)):
+                candidates.append((float(z[k]), float(time[k]), step))
         left = float(ramps @ np.exp(-decay * (stop - last)))
         if abs(limit) + left <= best * (1 + _SETTLED):
             break
         if left <= _SETTLED * abs(limit):
-            candidates.append((abs(limit), math.inf))
+            candidates.append((abs(limit), math.inf, step))
             break
         start, stop = stop, 1.5 * stop
     return max(
         (value, at) if math.isinf(at) else _refined(of, output, corners, at, step)
-        for value, at in candidates
+        for value, at, step in candidates
         if value >= _NEAR * best
     )
 

@@ -146,13 +146,18 @@ class Comparison:
                 "Gap: how far that is below the row"
                 + ("." if self.shares_figure else ", whose own figure over the whole band is taken for it."),
             ]
+            if self.bound.attained is not None:
+                notes.append(
+                    f"Reached: {self.bound.attained.value:.5g} {self.bound.unit} by a passive device of order "
+                    f"{self.bound.attained.device.order}; what a row is above that is the price of its order."
+                )
         return [*notes, *self.notes, *(f"Subject to {constraint}." for constraint in self.problem.constraints)]
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able rows, each with its gap to the bound; `bound` is null where no bound is known."""
         rows = [row.to_dict() | {"gap_percent": self.gap(row)} for row in self.rows]
         bound = None if self.bound is None else self.bound.to_dict()
-        kept = None if bound is None else {key: bound[key] for key in ("bound", "best", "gap_percent")}
+        kept = None if bound is None else {key: bound[key] for key in ("bound", "best", "gap_percent", "reached")}
         return {"problem": self.problem.name, "rows": rows, "bound": kept, "notes": list(self.notes)}
 
 
@@ -160,9 +165,11 @@ def _bound(problem: Problem, progress: Callable[[str], None] | None) -> Bound:
     """A bound on the objective; on the worst of several figures, the best of the bounds on each."""
     goal = problem.goal
     if goal is None or goal.kind != "worst":
-        return prove(problem, effort=0, progress=progress)
+        return prove(problem, effort=0, both_sides=True, progress=progress)
     parts = [replace(problem, objective=name, goal=None, points=()) for name, _ in goal.parts]
-    return max((prove(part, effort=0, progress=progress) for part in parts), key=lambda bound: bound.value)
+    return max(
+        (prove(part, effort=0, both_sides=True, progress=progress) for part in parts), key=lambda bound: bound.value
+    )
 
 
 def _drawn(network: Network, problem: Problem, ascii: bool) -> str:

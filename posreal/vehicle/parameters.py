@@ -20,7 +20,7 @@ from posreal.files import read_toml
 from posreal.units import quantity
 
 T = TypeVar("T")
-SMALLEST, LARGEST = 1e-30, 1e30  # in SI units, other than 0: products of a few are numbers that a float holds
+SMALLEST, LARGEST = 1e-15, 1e15  # in SI units, other than 0: beyond that, matrices are singular to rounding
 
 
 def parameter(default: float, unit: str, meaning: str, *, source: str, may_be_zero: bool = False) -> Any:

@@ -24,6 +24,7 @@ from posreal.vehicle.place import Place
 
 _COLUMNS = 5  # outputs that have a column where designs stand side by side
 _LOOKS = 500  # frequencies at which the ports are looked at
+_EDGE = 1e-14  # of the fastest pole: a mode that slow is a port that is locked or left open
 _GROWS = 1e-9  # of the ports' size: what rounding may make of a passive one
 
 
@@ -115,4 +116,4 @@ class UserPlant:
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Every mode that an output sees decays."""
-        closed.on("load").require_stable("the plant")
+        closed.on("load").require_stable("the plant", share=_EDGE)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from posreal.realise import realise
 
 from posreal.admittance import Rational, check, is_positive_real, parse_rational, random_port_hamiltonian
 from posreal.design import problem, synthesise
 from posreal.design.synthesis.presented import presented
 from posreal.network import nodal_admittance, parse
+from posreal.realisation import realise
 from posreal.study.strut import realised
 
 OMEGA = 1j * np.geomspace(1e-2, 1e2, 60)

@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from posreal.admittance import Rational
 from posreal.design.bound import search
 from posreal.design.bound.ports import Figure, figure
-from posreal.design.bound.result import Bound
+from posreal.design.bound.result import BelowBound, Bound
 from posreal.design.bound.space import in_words
+from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
 from posreal.design.result import Design
 from posreal.design.threads import one_thread
@@ -30,6 +31,7 @@ def bound(
     weights: Mapping[str, float] | None = None,
     best: Design | Rational | float | None = None,
     form: str = "auto",
+    both_sides: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Bound:
     """A proven lower bound on a mean-square figure over all positive-real devices.
@@ -44,13 +46,16 @@ def bound(
         L + 1 points instead, a pair counted as two; with one point repeated, L is the order of the truncated Taylor
         series.
     omega0 : float or sequence of places, optional
-        Where the points lie, taken in turn; found by a scan if not given, a quick one where L is. A place is a
-        frequency, rad/s, or natural frequency and damping ratio of a pair of points, which counts as two.
+        Where the points lie, taken in turn; searched for if not given, quickly where L is. A place is a frequency,
+        rad/s, or natural frequency and damping ratio of a pair of points, which counts as two.
     weights : mapping of metric to float, optional
         Bound √(Σ weight · metric²) instead of the problem's objective.
     best : Design, Rational (a port admittance) or float, optional
         What to show beside the bound; a float must be a figure of the bound's own kind.
-    form : {"auto", "plain", "lifted"}
+    form : {"auto", "plain", "lifted", "value"}
+    both_sides : bool
+        Also look for a passive device of high order that comes close (mean squares only): with it the best possible is
+        known to lie in an interval.
     progress : function of str, optional
 
     Returns
@@ -79,13 +84,30 @@ def bound(
             raise BadInput("a figure brings its own weights; give weights with a problem only")
     else:
         about, named = figure(subject, weights), subject
-    chosen = search.choose_form(about, form)
+    places = None if omega0 is None else _places(omega0)
+    chosen = search.choose_form(about, form, places=places is not None, size=None if L is None else L + 1)
     size = _size(about, chosen, effort, L)
-    where = _places(omega0) if omega0 is not None else search.best_place(about, chosen, size, say, quick=L is not None)
-    say(f"bound: {size} points at {in_words(search.exactly(where))}")
-    certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
+    certificate: search.Certificate | ValueCertificate | None = None
+    if chosen == search.VALUE:
+        try:
+            certificate = search.certify_values(about, size, say, quick=L is not None)
+        except BadInput:
+            if form != "auto":
+                raise
+            chosen = search.choose_form(about, form, places=True)
+            size = _size(about, chosen, effort, L)
+    if certificate is None:
+        where = places or search.best_place(about, chosen, size, say, quick=L is not None)
+        say(f"bound: {size} points at {in_words(search.exactly(where))}")
+        certificate = search.certify(about, chosen, search.cycled(where, size), progress=progress)
     say("bound: checking the certificate")
     value = math.nextafter(certificate.lower_bound(about) * (1 - _LEFT), 0.0)
+    attained = None
+    if both_sides:
+        say("bound: looking for a passive device of high order")
+        attained = search.attain(about, search.ORDERS[effort] if L is None else min(max(L + 1, 12), search.ORDERS[1]))
+        if attained is not None and attained.value < value:
+            raise BelowBound(f"a device of high order has {attained.value:.10g}, below the proven bound {value:.10g}")
     found = Bound(
         value,
         about,
@@ -95,6 +117,7 @@ def bound(
         named,
         () if weights is None else tuple((name, float(weight)) for name, weight in weights.items()),
         seconds=time.monotonic() - begun,
+        attained=attained,
     )
     return found.beside(best)
 

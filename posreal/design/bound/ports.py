@@ -26,12 +26,14 @@ from flint import arb, arb_mat, fmpq
 from posreal.admittance import Rational, exact
 from posreal.admittance.exact import to_fmpq
 from posreal.admittance.roots import precision
+from posreal.admittance.state_space import StateSpace
 from posreal.design.bound.space import Point, Space, identity
 from posreal.design.problem import Problem
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, Infeasible, listed
+from posreal.plant import h2_norm, hinf_norm
 from posreal.plant.figures import ClosedPlant
 from posreal.plant.mounting import Mounting
-from posreal.plant.plant import Plant
+from posreal.plant.plant import Plant, close
 
 SQUARES, SUM, PEAK = "squares", "sum", "peak"
 KINDS = {SQUARES: "whole-band H2", SUM: "whole-band H2", PEAK: "H-infinity"}
@@ -102,7 +104,7 @@ class Figure:
             raise BadInput("no output of this figure feels the device, so there is nothing to bound")
         return ports
 
-    def measure(self, port: Rational) -> float:
+    def measure(self, port: Rational | StateSpace) -> float:
         """J with an admittance in every port over all frequencies, or the largest gain, confirmed.
 
         Raises
@@ -110,6 +112,8 @@ class Figure:
         Infeasible
             If the vehicle is not stable with it.
         """
+        if isinstance(port, StateSpace):
+            return self._measure_matrices(port)
         closed = ClosedPlant(self.plant, {self.plant.groups[0]: port})
         closed.require_stable()
         gains = {name: math.sqrt(exact.to_float(weight)) for name, weight in self.weights.items()}
@@ -118,6 +122,18 @@ class Figure:
             return factor * closed.largest_gain(name)[0].value
         parts = [factor * closed.rms(name).value for name, factor in gains.items()]
         return sum(parts) if self.combine == SUM else math.hypot(*parts)
+
+    def _measure_matrices(self, port: StateSpace) -> float:
+        """The same for a device of so many states that only matrices serve: by covariance."""
+        loop = close(self.plant, {self.plant.groups[0]: port})
+        growth = float(loop.poles().real.max())
+        if growth >= 0:
+            raise Infeasible(f"the vehicle is not stable with this device: a pole has real part {growth:.3g} 1/s")
+        if self.combine == PEAK:
+            ((name, weight),) = self.weights.items()
+            return math.sqrt(exact.to_float(weight)) * hinf_norm.largest(loop, name, hinf_norm.grid(self.plant))[0]
+        squares = [exact.to_float(weight) * h2_norm.mean_square(loop, name) for name, weight in self.weights.items()]
+        return sum(map(math.sqrt, squares)) if self.combine == SUM else math.sqrt(sum(squares))
 
     def mobility(self, port: int) -> Rational:
         """P that the device sees at a port, exactly."""

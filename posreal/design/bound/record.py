@@ -19,8 +19,11 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import to_float, to_fmpq, to_text
 from posreal.design.bound.ports import PEAK, SQUARES, SUM, Figure, figure
 from posreal.design.bound.result import Best, Bound
-from posreal.design.bound.search import LIFTED, PLAIN, Certificate
+from posreal.design.bound.ritz import Attained, HighOrder
+from posreal.design.bound.search import LIFTED, PLAIN, VALUE, Certificate
 from posreal.design.bound.space import Point, width
+from posreal.design.bound.value_form import ValueCertificate
+from posreal.design.bound.values import distinct
 from posreal.design.named import problem, problems
 from posreal.design.problem import Problem
 from posreal.errors import BadInput, listed, plain, shown
@@ -33,7 +36,9 @@ from posreal.vehicle import described as described_parameters
 _FORMAT = "posreal bound 1"
 _LARGEST_FILE = 20_000_000  # bytes
 _LARGEST = 1e100  # of a number: products of three are numbers that a float holds
-_LARGEST_FACTOR = 300  # rows: what a check takes a minute for
+_LARGEST_FACTOR = {PLAIN: 300, LIFTED: 300, VALUE: 600}  # rows: what a check takes a minute for
+_LARGEST_ORDER = 250  # states of a device
+_HOW = "passive device of order {}, proven positive real exactly and measured by covariance"
 _LARGEST_PLANT = 60  # states
 _PLANT = ("A", "Bw", "Bf", "Cz", "Dzw", "Dzf", "Cd", "Cv", "delays")
 
@@ -55,6 +60,7 @@ def to_dict(bound: Bound) -> dict[str, Any]:
             "port": None if bound.best.device is None else bound.best.device.to_dict(),
         },
         "gap_percent": bound.gap_percent,
+        "reached": _attained_out(bound),
         "seconds": round(bound.seconds, 2),
         "about": _about_out(bound),
         "certificate": {
@@ -96,8 +102,10 @@ def from_dict(document: Any) -> Bound:
     BadInput
         If the document is not one, or contradicts itself.
     """
+    reached = None
     if isinstance(document, dict):  # what the command line says of single orders is no part of the claim
         document = {key: value for key, value in document.items() if key != "orders"}
+        reached = document.pop("reached", None)
     top = _table(
         document,
         "the certificate",
@@ -111,8 +119,8 @@ def from_dict(document: Any) -> Bound:
     numbers = _table(
         top["certificate"], "certificate", ("form", "points", "damper", "factor", "multipliers", "functional")
     )
-    if numbers["form"] not in (PLAIN, LIFTED):
-        raise BadInput(f"form is {shown(numbers['form'])}; accepted are {PLAIN} or {LIFTED}")
+    if numbers["form"] not in (PLAIN, LIFTED, VALUE):
+        raise BadInput(f"form is {shown(numbers['form'])}; accepted are {PLAIN}, {LIFTED} or {VALUE}")
     about, named, weights = _about(top["about"])
     found = Bound(
         _number(claim["value"], "the bound's value"),
@@ -124,7 +132,11 @@ def from_dict(document: Any) -> Bound:
         weights,
         _best(top["best"], about),
         _number(top["seconds"], "seconds"),
+        _attained(reached, about),
     )
+    room = found.room_percent
+    if reached is not None and room is not None and abs(room - _number(reached["gap_percent"], "gap_percent")) > 1e-6:
+        raise BadInput(f"the gap to what is reached is {room:.7g} %, not {reached['gap_percent']!r}")
     stated = {"unit": claim["unit"], "metric": claim["metric"], "kind": claim["kind"], "holds_for": top["holds_for"]}
     derived = {"unit": found.unit, "metric": found.metric, "kind": found.kind, "holds_for": found.devices}
     for name, value in derived.items():
@@ -294,15 +306,18 @@ def _plant_in(data: Any) -> Figure:
 # --- the numbers ---------------------------------------------------------------------------------------------
 
 
-def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
+def _certificate(table: dict[str, Any], about: Figure) -> Certificate | ValueCertificate:
     loops = len(about.loops)
     if not isinstance(table["points"], list) or not table["points"]:
         raise BadInput("points are a list of frequencies, rad/s, and of pairs of natural frequency and damping ratio")
     points = tuple(_point(point) for point in table["points"])
     m = sum(map(width, points))
     size, pairs = loops * m, loops * (loops - 1) // 2
-    if size > _LARGEST_FACTOR:
-        raise BadInput(f"a space of {m} dimensions and {loops} loops are more than {_LARGEST_FACTOR} together")
+    most = _LARGEST_FACTOR[table["form"]]
+    if size > most:
+        raise BadInput(f"a space of {m} dimensions and {loops} loops are more than {most} together")
+    if table["form"] == VALUE and (about.combine != SQUARES or not distinct(points)):
+        raise BadInput("the value form is for mean squares, and for distinct points with damping ratios below 1")
     rows, multipliers = table["factor"], table["multipliers"]
     if not all(isinstance(x, list) and len(x) == n for x, n in ((rows, size), (multipliers, pairs))):
         raise BadInput(f"{loops} loops and {m} dimensions need {size} rows in factor and {pairs} in multipliers")
@@ -318,7 +333,8 @@ def _certificate(table: dict[str, Any], about: Figure) -> Certificate:
         if not isinstance(given, list) or len(given) != len(target):
             raise BadInput(f"{name} needs {len(target)} numbers")
         target[:] = [_number(value, name) for value in given]
-    return Certificate(points, _positive(table["damper"], "damper"), factor, mu, functional)
+    made = ValueCertificate if table["form"] == VALUE else Certificate
+    return made(points, _positive(table["damper"], "damper"), factor, mu, functional)
 
 
 def _functional(data: Any, about: Figure, m: int) -> np.ndarray:
@@ -342,6 +358,43 @@ def _best(data: Any, about: Figure) -> Best | None:
         raise BadInput(f"best is in {shown(table['unit'])}, and the bound in {shown(about.unit)}")
     device = None if table["port"] is None else Rational.from_dict(table["port"])
     return Best(str(table["label"]), _number(table["value"], "best"), device)
+
+
+def _attained_out(bound: Bound) -> dict[str, Any] | None:
+    if bound.attained is None:
+        return None
+    device = bound.attained.device
+    return {
+        "value": bound.attained.value,
+        "unit": bound.unit,
+        "how": _HOW.format(device.order),
+        "gap_percent": bound.room_percent,
+        "points": [_point_out(point) for point in device.points],
+        "damper": to_text(device.damper),
+        "coefficients": list(device.coefficients),
+    }
+
+
+def _attained(data: Any, about: Figure) -> Attained | None:
+    if data is None:
+        return None
+    table = _table(data, "reached", ("value", "unit", "how", "gap_percent", "points", "damper", "coefficients"))
+    if table["unit"] != about.unit:
+        raise BadInput(f"reached is in {table['unit']!r}, and the bound in {about.unit!r}")
+    if not isinstance(table["points"], list) or not isinstance(table["coefficients"], list):
+        raise BadInput("points and coefficients of what is reached are lists")
+    points = tuple(_point(point) for point in table["points"])
+    size = sum(map(width, points))
+    if not 0 < size <= _LARGEST_ORDER or len(table["coefficients"]) != size + 1:
+        raise BadInput(f"a device of order {size} needs {size + 1} coefficients, and at most {_LARGEST_ORDER} poles")
+    coefficients = tuple(_number(value, "a coefficient") for value in table["coefficients"])
+    if not abs(coefficients[0]) < 1 or table["how"] != _HOW.format(size):
+        raise BadInput("what is stated to be reached does not describe its own device")
+    device = HighOrder(points, _positive(table["damper"], "damper"), coefficients)
+    value = _number(table["value"], "what is reached")
+    if value <= 0:
+        raise BadInput(f"reached is {value:g}; it must be above 0")
+    return Attained(device, value)
 
 
 def _table(data: Any, name: str, keys: tuple[str, ...]) -> dict[str, Any]:

@@ -11,15 +11,21 @@ from posreal.admittance import Rational
 from posreal.admittance.positive_real import require
 from posreal.design.bound.certificate import NotProven
 from posreal.design.bound.ports import Figure
+from posreal.design.bound.ritz import Attained
 from posreal.design.bound.search import Certificate, passive
 from posreal.design.bound.space import in_words
+from posreal.design.bound.value_form import ValueCertificate
 from posreal.design.problem import Problem
 from posreal.design.result import Design
-from posreal.errors import plain, shown
+from posreal.errors import PosrealError, Unsettled, plain, shown
 
 _ROUNDING = 1e-9
 """Relative: what a figure computed in floats may be off by, and what a claim leaves below its proof for another
 machine's rounding of the vehicle's matrices."""
+
+
+_MEASURED = 1e-5
+"""Relative: what a covariance with a hundred states may differ by from one machine to another."""
 
 
 class BelowBound(AssertionError):
@@ -54,8 +60,8 @@ class Bound:
         Lower bound on J.
     figure : Figure
         What J is: vehicle, outputs, unit, band.
-    certificate : Certificate
-    form : {"plain", "lifted"}
+    certificate : Certificate or ValueCertificate
+    form : {"plain", "lifted", "value"}
         Which search found the certificate.
     passive : bool
         Whether every port is passive; otherwise the bound is over the devices with which the vehicle is stable.
@@ -65,17 +71,20 @@ class Bound:
         Of a weighted sum of squares; empty for the problem's own objective.
     best : Best or None
     seconds : float
+    attained : Attained or None
+        A passive device of high order, close to the best: how much higher the bound could be at most.
     """
 
     value: float
     figure: Figure
-    certificate: Certificate
+    certificate: Certificate | ValueCertificate
     form: str
     passive: bool
     problem: Problem | None = None
     weights: tuple[tuple[str, float], ...] = ()
     best: Best | None = None
     seconds: float = 0.0
+    attained: Attained | None = None
 
     @property
     def unit(self) -> str:
@@ -96,6 +105,11 @@ class Bound:
     def gap_percent(self) -> float | None:
         """By how many per cent the bound is below the best design known."""
         return None if self.best is None or self.best.value == 0 else 100 * (1 - self.value / self.best.value)
+
+    @property
+    def room_percent(self) -> float | None:
+        """By how many per cent the bound is below what a passive device is known to reach."""
+        return None if self.attained is None else 100 * (1 - self.value / self.attained.value)
 
     @property
     def devices(self) -> str:
@@ -125,15 +139,29 @@ class Bound:
         if self.passive != passive(self.figure):
             raise NotProven("the ports are stated to be passive and are not, or the other way round")
         if self.best is not None and self.best.device is not None:
-            value = self.figure.measure(require(self.best.device))
+            value = self._measured(require(self.best.device))
             if abs(value - self.best.value) > 1e-6 * value:
                 raise NotProven(
                     f"the design {shown(self.best.label)} has {self.metric} = {value:.10g} {self.unit} ({self.kind}), "
                     f"not {self.best.value:.10g} as stated"
                 )
+        if self.attained is not None:
+            self._check_attained(self.attained)
         if self.best is not None and self.best.value < self.value * (1 - _ROUNDING):
             raise NotProven(f"the design {shown(self.best.label)} is stated to be below the bound, which cannot be")
         return proof
+
+    def _check_attained(self, attained: Attained) -> None:
+        """Passivity of the device of high order exactly, and its figure by covariance."""
+        try:
+            value = attained.device.measure(self.figure)
+        except PosrealError as error:
+            raise NotProven(f"the device stated to reach {attained.value:.7g} {self.unit} does not: {error}") from None
+        if abs(value - attained.value) > _MEASURED * value or attained.value < self.value * (1 - _ROUNDING):
+            raise NotProven(
+                f"a device is stated to reach {attained.value:.10g} {self.unit}, and it has {value:.10g}, where the "
+                f"bound is {self.value:.10g}"
+            )
 
     def beside(self, best: Design | Rational | float | None, *, label: str = "") -> Bound:
         """The same bound with a design beside it, measured in the bound's own figure.
@@ -150,9 +178,9 @@ class Bound:
         if best is None:
             return dataclasses.replace(self, best=None)
         if isinstance(best, Design):
-            found = Best(label or best.label, self.figure.measure(best.port), best.port)
+            found = Best(label or best.label, self._measured(best.port), best.port)
         elif isinstance(best, Rational):
-            found = Best(label or "given device", self.figure.measure(best), best)
+            found = Best(label or "given device", self._measured(best), best)
         else:
             found = Best(label or "given figure", float(best), None)
         if not found.value >= self.value * (1 - _ROUNDING):
@@ -161,6 +189,12 @@ class Bound:
                 f"bound {self.value:.10g}; either the figure is wrong or it is of another kind"
             )
         return dataclasses.replace(self, best=found)
+
+    def _measured(self, port: Rational) -> float:
+        try:
+            return self.figure.measure(port)
+        except ArithmeticError as error:
+            raise Unsettled(f"{plain(self.metric, 80)} of a device cannot be computed here: {error}") from None
 
     def require_not_below(self, design: Design) -> None:
         """Raise `BelowBound` if a design of the same problem is below the bound."""
@@ -173,6 +207,12 @@ class Bound:
             f"  proof: {len(self.certificate.points)} points at {in_words(self.certificate.points)}, {self.form} form; "
             "checked in ball arithmetic, no solver involved",
         ]
+        if self.attained is not None:
+            lines.append(
+                f"  reached: {self.attained.value:.7g} {self.unit} by a passive device of order "
+                f"{self.attained.device.order}, so the best possible lies in [{self.value:.5g}, "
+                f"{self.attained.value:.5g}] {self.unit}, {self.room_percent:.2g} %"
+            )
         if self.best is not None:
             lines.append(
                 f"  best known: {self.best.value:.7g} {unit} ({plain(self.best.label, 80)}, same figure); "

@@ -1,5 +1,8 @@
 """From a figure to the best certificate for it: which form, where the points lie, how many of them.
 
+Mean squares are bounded by values at distinct points (:mod:`value_form`), which :mod:`windows` chooses. Sums, peaks,
+few points and places that somebody gives are bounded on the space of repeated points (:mod:`certificate`), as follows.
+
 The bound never falls when a point is added, and how fast it rises depends on where the points lie. The scan tries every
 octave of the vehicle's band with few points, half octaves around the best, and from there looks for three places, taken
 in turn: a frequency twice and between them a pair, which is the better the more the vehicle's energy sits in two bands.
@@ -23,20 +26,30 @@ from posreal.admittance import Rational, state_space
 from posreal.admittance.exact import rounded, to_float, to_fmpq
 from posreal.admittance.positive_real import is_positive_real
 from posreal.admittance.roots import precision
-from posreal.design.bound import lifted, local, plain
-from posreal.design.bound.certificate import proven
+from posreal.design.bound import ascent, lifted, local, pick, plain
+from posreal.design.bound.certificate import NotProven, proven
 from posreal.design.bound.objectives import objective
 from posreal.design.bound.ports import SQUARES, Figure, enclosed
+from posreal.design.bound.ritz import Attained, best_device
 from posreal.design.bound.sampled import Sampled
 from posreal.design.bound.space import Point, in_words, width
+from posreal.design.bound.value_form import ValueCertificate, real_form, real_rows
+from posreal.design.bound.values import sampled_values
+from posreal.design.bound.windows import Windows, best_windows
 from posreal.errors import BadInput, PosrealError
 from posreal.plant.plant import close
 
 Array = np.ndarray
 Progress = Callable[[str], None]
 
-PLAIN, LIFTED = "plain", "lifted"
-SIZES = {PLAIN: (41, 71, 101, 141), "lifted, one loop": (31, 51, 71, 101), LIFTED: (21, 31, 37, 41)}
+PLAIN, LIFTED, VALUE = "plain", "lifted", "value"
+SIZES = {
+    PLAIN: (41, 71, 101, 141),
+    "lifted, one loop": (31, 51, 71, 101),
+    LIFTED: (21, 31, 37, 41),
+    VALUE: (61, 101, 141, 201),
+    "value, several loops": (51, 81, 121, 161),
+}
 """Dimension of the space at efforts 0 to 3; a pair of points counts twice."""
 _SCAN = {PLAIN: (25, 41), "lifted, one loop": (15, 25), LIFTED: (15, 31)}
 """The dimension in the scan of octaves, and in the search for three places."""
@@ -45,6 +58,11 @@ _QUICK, _QUICK_LAST = (15, 21), 31  # the same, at most, for somebody who chose 
 _BELOW, _ABOVE = (0.4, 0.7), (1.4, 2.5, 4.0)  # where frequency and pair start, relative to the best single place
 _STEP = 1.4  # factor by which the search moves a frequency or a damping ratio
 _WORTHWHILE = 1e-4  # relative gain for which it does
+ORDERS = (41, 81, 121, 161)
+"""Order of the device that shows what can be reached, at efforts 0 to 3."""
+_FEW = 25  # points below which three places in turn prove more than windows
+_SHAPED, _SLOPE = 51, -0.7  # points that shape a device's poles; how T falls with frequency where nothing is searched
+_CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # how near its own optimum a certificate in closed form is looked for
 _FALLS_SHORT = 2e-3  # relative to what the points allow; then a certificate is looked for without restriction
 
 Place = float | tuple[float, float]
@@ -99,18 +117,22 @@ def passive(figure: Figure) -> bool:
     return all(is_positive_real(figure.mobility(port)) for port in figure.loops)
 
 
-def choose_form(figure: Figure, wanted: str = "auto") -> str:
-    """The plain form for one passive port, the lifted one for all else.
+def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False, size: int | None = None) -> str:
+    """The value form for mean squares where the places are free and many; else plain for one passive port, and lifted.
 
     Raises
     ------
     BadInput
         If the plain form is wanted where it does not apply.
     """
-    if wanted == LIFTED and figure.combine == SQUARES:
-        return LIFTED
-    if wanted not in ("auto", PLAIN, LIFTED):
-        raise BadInput(f"form {wanted!r} is not known; accepted are auto, plain or lifted")
+    if wanted not in ("auto", PLAIN, LIFTED, VALUE):
+        raise BadInput(f"form {wanted!r} is not known; accepted are auto, plain, lifted or value")
+    if wanted == VALUE and (places or figure.combine != SQUARES):
+        raise BadInput("the value form is for mean squares, and chooses its own points: leave omega0 out")
+    if wanted in (LIFTED, VALUE) and figure.combine == SQUARES:
+        return wanted
+    if wanted == "auto" and not places and figure.combine == SQUARES and (size is None or size >= _FEW):
+        return VALUE
     reason = ""
     if len(figure.loops) > 1:
         reason = f"{len(figure.loops)} loops share the device"
@@ -241,6 +263,58 @@ def certify(
     return Certificate(tuple(points), damper, _short(factor), _short(mu), _short(functional))
 
 
+def certify_values(
+    figure: Figure, size: int, progress: Progress = lambda text: None, *, quick: bool = False
+) -> ValueCertificate:
+    """Points by windows, and a certificate there: in closed form for one loop (:mod:`pick`), else by :mod:`ascent`.
+
+    Raises
+    ------
+    BadInput
+        If nothing is proven at them.
+    """
+    band = _band(figure)
+    octaves = exactly(tuple(np.geomspace(*band, 12)))
+    points = best_windows(figure, size, band, _damper(figure, octaves), progress, quick=quick).points(size)
+    damper = _damper(figure, points)
+    seen = sampled_values(figure, points, damper)
+    if len(figure.loops) > 1:
+        climbed = ascent.climb(seen, progress)
+        factor = np.linalg.cholesky(real_form(climbed.Z, points, len(figure.loops)))
+        mu = real_rows(climbed.mu.T, points).T
+        return ValueCertificate(points, damper, _short(factor), _short(mu), np.zeros((0, 0)))
+    best: tuple[float, ValueCertificate] | None = None
+    for tolerance in _CLOSE:
+        found = pick.solve(seen, tolerance=tolerance)
+        try:
+            factor = np.linalg.cholesky(real_form(found.inverse / found.t, points, 1))
+            certificate = ValueCertificate(points, damper, _short(factor), np.zeros((0, seen.size)), np.zeros((0, 0)))
+            proof = certificate.lower_bound(figure)
+        except (NotProven, np.linalg.LinAlgError):
+            continue
+        best = max(best or (0.0, certificate), (proof, certificate), key=lambda pair: pair[0])
+        if best[0] > found.value * (1 - 2 * tolerance):
+            break
+    if best is not None and best[0] > 0:
+        return best[1]
+    raise BadInput("nothing is proven at these points, so no bound is known for this figure")
+
+
+def attain(figure: Figure, size: int) -> Attained | None:
+    """The best passive device of high order, at most `size`, found for a mean square; None if none is."""
+    if figure.combine != SQUARES:
+        return None
+    band = _band(figure)
+    knots = np.geomspace(*band, 8)
+    c0 = _damper(figure, exactly(tuple(np.geomspace(*band, 12))))
+    shapes = [
+        Windows(knots, _SLOPE * np.log(knots), 0.0),
+        best_windows(figure, min(size, _SHAPED), band, c0, quick=True),
+    ]
+    found = [best_device(figure, shapes, order, c0) for order in sorted({min(size, ORDERS[0]), size})]
+    return min((one for one in found if one is not None), key=lambda one: one.value, default=None)
+
+
 def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifted.LiftedSolution:
     """The dual on the kernel that the best device at the points leaves, and without restriction if that falls short."""
     guide = local.solve(data)
@@ -256,6 +330,8 @@ def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> lifte
 
 
 def _row(figure: Figure, form: str) -> str:
+    if form == VALUE and len(figure.loops) > 1:
+        return "value, several loops"
     return "lifted, one loop" if form == LIFTED and len(figure.loops) == 1 else form
 
 
@@ -287,11 +363,15 @@ def _band(figure: Figure) -> tuple[float, float]:
 
 __all__ = [
     "LIFTED",
+    "ORDERS",
     "PLAIN",
+    "VALUE",
     "Certificate",
     "Place",
+    "attain",
     "best_place",
     "certify",
+    "certify_values",
     "choose_form",
     "cycled",
     "exactly",

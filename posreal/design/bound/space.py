@@ -43,6 +43,7 @@ from posreal.admittance.exact import to_float, to_fmpq
 from posreal.errors import BadInput
 
 Array = np.ndarray
+_MOST_NAMED = 6
 Point = fmpq | tuple[fmpq, fmpq]
 """a, or (ω, ζ)."""
 
@@ -232,6 +233,8 @@ def _inverse(A: arb_mat, unit: arb_mat, point: Point) -> arb_mat:
 
 
 def in_words(points: Iterable[Point]) -> str:
-    """The distinct points in words, from low to high."""
+    """The distinct points in words, from low to high, or between where they lie if they are many."""
     found = {(to_float(p[0]), to_float(p[1])) if isinstance(p, tuple) else (to_float(p), 0.0) for p in points}
+    if len(found) > _MOST_NAMED:
+        return f"{len(found)} places from {min(found)[0]:.3g} to {max(found)[0]:.3g} rad/s"
     return " and ".join(f"{a:g} rad/s damped {zeta:g}" if zeta else f"{a:g} rad/s" for a, zeta in sorted(found))

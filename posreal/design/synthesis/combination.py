@@ -78,13 +78,14 @@ from posreal.design.synthesis.judge import Judge
 from posreal.design.synthesis.local import local
 from posreal.design.synthesis.programs import programs
 from posreal.design.synthesis.progress import Search
-from posreal.design.synthesis.result import Synthesis
+from posreal.design.synthesis.result import Step, Synthesis
 from posreal.design.synthesis.scale import Scale, reference
 from posreal.design.synthesis.storage import port_hamiltonian
 from posreal.errors import BadInput, Infeasible, listed, shown
 
 METHODS = ("auto", "bmi", "ph")
 LARGEST_ORDER = 12
+ROUNDED = 1e-7  # of the figure: what rounding gains that is a step
 FEW = 24  # starts
 PROGRAMS = 48  # starts of the matrix inequalities alone, at most
 TIGHTER = 1e-7  # relative room that a limit is given where the metric's quadrature missed it
@@ -299,6 +300,8 @@ def _reported(
         search.note(note)
     for broken in problem.violated(metrics):
         search.note(f"{broken}")
+    if value < search.value * (1 - ROUNDED):
+        search.history.append(Step("rounding", value))  # onto a face that the search had not reached yet
     if abs(value - search.value) > 1e-3 * value:
         search.note(f"the search saw {search.value:.6g} where the metric is {value:.6g}: see its speed and resonances")
     return Synthesis(
