@@ -22,6 +22,7 @@ _STEP = 1e-2  # s, between samples where no mode needs a closer look
 _PER_RADIAN = 0.4  # of the fastest mode that can be seen: its peak is missed by 2 % of its size at most
 _NEAR = 0.95  # of the largest sample: a local maximum that may be the largest
 _BLOCK = 2000  # samples at a time
+_LONGEST = 1e5  # s, more than a day: what creeps in later is of no train's concern
 _MOST = 3_000_000  # samples, some seconds
 _UNSEEN = 1e-7  # of the largest mode: what cannot move a peak's digits
 _SETTLED = 1e-9  # of a peak
@@ -46,7 +47,7 @@ def corner_response(loop: ClosedLoop, output: str, corners: Corners, time: Real)
 
 
 def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
-    """The largest |z(t)| over all t ≥ 0 and its instant, infinite where it is a limit that is never reached.
+    """The largest |z(t)| of the first day and its instant, infinite where it is a limit that is never reached.
 
     The samples are as close as the fastest mode that can still be seen needs, and go on until what is left of the
     transients cannot bring anything larger: behind the last corner the response is its limit and modes that decay.
@@ -91,6 +92,8 @@ def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
                 candidates.append((float(z[k]), float(time[k]), step))
         left = float(ramps @ np.exp(-decay * (stop - last)))
         if abs(limit) + left <= best * (1 + _SETTLED):
+            break
+        if stop > _LONGEST:
             break
         if left <= _SETTLED * abs(limit):
             candidates.append((abs(limit), math.inf, step))

@@ -75,7 +75,8 @@ def _left_out(design: Design, realisation: Realisation, smaller: Design) -> str:
     whole, gone = len(realisation.network), len(realisation.network) - len(network)
     return (
         f"{gone} of the {whole} elements of the device ({realisation.method}) left out, the values improved: "
-        f"{objective} {after.value:.6g} {after.unit}, {worth}; the device (order {design.order}) has {before.value:.6g}"
+        f"{objective} {after.value:.6g} {after.unit}, {worth}; "
+        f"the device of order {design.order} has {before.value:.6g}"
     )
 
 
