@@ -24,7 +24,8 @@ class LargestGain:
     def measure(self, closed: ClosedVehicle) -> Measured:
         """The value, and the frequency of it."""
         top, omega = closed.on(self.load).largest_gain(self.output)
-        return measured(top, self.unit, f"at {omega:.4g} rad/s")
+        where = f"at {omega:.4g} rad/s" if math.isfinite(omega) else "towards infinite frequency"
+        return measured(top, self.unit, where)
 
     def norm(self) -> Norm:
         """H∞."""

@@ -22,6 +22,7 @@ from functools import cached_property
 
 import numpy as np
 from flint import acb, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from scipy.optimize import minimize_scalar
 
 from posreal.admittance import Rational, exact, roots
 from posreal.errors import Unsettled
@@ -30,6 +31,7 @@ from posreal.plant.plant import Plant, Real, channels
 
 _FIRST, _LAST = 192, 3072  # bits tried
 _DIGITS = 1e-12  # relative radius of a ball that is fine enough
+_LOOKS = 3  # points of a grid beside which the largest gain is looked for
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,42 @@ class Transfer:
 
         return _settled(attempt)
 
+    def largest_gain(self) -> tuple[float, float]:
+        """The largest gain without delays and its frequency, rad/s: where its derivative in ω² vanishes, at 0 or at ∞.
+
+        Raises
+        ------
+        Unsettled
+            With channels of several delays: the gain is no fraction then.
+        """
+        if any(len(driven) != 1 for driven in self.numerators):
+            raise Unsettled("with several delays the largest gain has no polynomial")
+        N = sum((_square_in_x(driven[0][0]) for driven in self.numerators), fmpq_poly([0]))
+        D = _square_in_x(self.denominator)
+        found = [(exact.to_float(N[0] / D[0]), 0.0)]
+        if N.degree() == D.degree():
+            found.append((exact.to_float(N.leading_coefficient() / D.leading_coefficient()), math.inf))
+        slope = N.derivative() * D - N * D.derivative()
+        if slope != 0:
+            with roots.precision(2 * _FIRST):
+                for x, _ in roots.positive_roots(slope):
+                    square = roots.value(N, x) / roots.value(D, x)
+                    found.append((float(square.mid()), math.sqrt(float(x.mid()))))
+        square, omega = max(found)
+        return math.sqrt(square), omega
+
+    def largest_gain_on(self, omega: Real) -> tuple[float, float]:
+        """The largest gain found on a grid (rad/s) and beside its best points, exact at each; and its frequency."""
+        gains = np.array([self.gain(point) for point in omega.tolist()])
+        best = (float(gains.max()), float(omega[int(gains.argmax())]))
+        for i in np.argsort(-gains)[:_LOOKS]:
+            low, high = np.log(omega[max(i - 1, 0)]), np.log(omega[min(i + 1, len(omega) - 1)])
+            found = minimize_scalar(
+                lambda x: -self.gain(math.exp(x)), bounds=(low, high), method="bounded", options={"xatol": 1e-10}
+            )
+            best = max(best, (-float(found.fun), math.exp(found.x)))
+        return best
+
     def _numerators(self) -> list[list[tuple[acb_poly, acb]]]:
         return [[(acb_poly(top), acb(exact.to_fmpq(late))) for top, late in driven] for driven in self.numerators]
 
@@ -224,6 +262,11 @@ class Transfer:
             for top, late in driven:
                 for instant, change in corners:
                     yield top, late, instant, change
+
+
+def _square_in_x(p: fmpq_poly) -> fmpq_poly:
+    """|p(jω)|² as a polynomial in x = ω²."""
+    return exact.at_minus_s(exact.even_part(p * exact.at_minus_s(p)))
 
 
 def transfer(plant: Plant, devices: Mapping[str, Rational], output: str) -> Transfer:

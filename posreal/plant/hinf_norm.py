@@ -9,10 +9,12 @@ maximum that comes near the largest; delays are exact, which a Hamiltonian test 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from posreal.plant.plant import ClosedLoop, Plant
+from posreal.plant.plant import ClosedLoop, Plant, channels
 
 POINTS = 2000  # on the logarithmic grid
 DECADES = (1e-2, 1e2)  # of the middle frequency of the poles
@@ -60,4 +62,16 @@ def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, fl
             options={"xatol": 1e-10},
         )
         best = max(best, (-float(found.fun), float(np.exp(found.x))))
-    return best
+    return max(best, (_at_infinity(loop, output), math.inf))
+
+
+def _at_infinity(loop: ClosedLoop, output: str) -> float:
+    """The least upper bound of the gain as ω → ∞; 0 where more than one delay against another makes it."""
+    row, squares, free = loop.D[loop.output(output)], [], 0
+    for driven in channels(loop):
+        late: dict[float, float] = {}
+        for i in driven:
+            late[float(loop.delays[i])] = late.get(float(loop.delays[i]), 0.0) + float(row[i])
+        free += len(late) - 1 if len(late) > 1 else 0
+        squares.append(sum(abs(part) for part in late.values()) ** 2)
+    return math.sqrt(sum(squares)) if free <= 1 else 0.0

@@ -7,6 +7,7 @@ the equations of motion solved one frequency at a time (`tests.vehicle.naive`).
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import control
@@ -236,6 +237,43 @@ def test_the_largest_gain_is_that_of_a_dense_scan(seed):
     assert measured.value == pytest.approx(dense, rel=1e-6)
     assert measured.value >= dense * (1 - 1e-12)
     assert abs(loop.transfer("acceleration").gain(omega) / measured.value - 1) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_largest_gain_in_coordinates_that_floats_lose_digits_in(seed):
+    """A state transformation by powers of two is exact: the gain stays, whatever floats make of it."""
+    rng = np.random.default_rng(seed)
+    problem = pr.problem("quarter-car", objective="gain_acceleration")
+    right = closed(problem, "c=1500 | b=30").largest_gain("acceleration")
+    plant = problem.plant
+    T = 2.0 ** rng.integers(-40, 41, len(plant.A))
+    turned = replace(
+        plant, A=plant.A * T / T[:, None], Bw=plant.Bw / T[:, None], Bf=plant.Bf / T[:, None],
+        Cz=plant.Cz * T, Cd=plant.Cd * T, Cv=plant.Cv * T,
+    )  # fmt: skip
+    loop = ClosedPlant(turned, {"secondary": problem.port(device("c=1500 | b=30"))})
+    measured, _ = loop.largest_gain("acceleration")
+    assert measured.value == pytest.approx(right[0].value, rel=1e-9)
+    transfer = loop.transfer("acceleration")
+    value, at = transfer.largest_gain()
+    assert (value, at) == pytest.approx((right[0].value, right[1]), rel=1e-7)
+    near, _ = transfer.largest_gain_on(np.array([0.5, 1.1, 2.0]) * at)
+    assert near == pytest.approx(value, rel=1e-12)
+
+
+def test_a_gain_that_grows_towards_its_limit():
+    """A mass whose acceleration follows the force on it at high frequency, overdamped: |z/w| < 1, and 1 is the norm."""
+    plant = Plant(
+        A=np.array([[0.0, 1.0], [-4.0, -1.0]]), Bw=np.array([[0.0], [1.0]]), Bf=np.array([[0.0], [-1.0]]),
+        Cz=np.array([[-4.0, -1.0]]), Dzw=np.ones((1, 1)), Dzf=-np.ones((1, 1)),
+        Cd=np.array([[1.0, 0.0]]), Cv=np.array([[0.0, 1.0]]),
+        delays=np.zeros(1), outputs=("z",), groups=("secondary",),
+    )  # fmt: skip
+    loop = ClosedPlant(plant, {"secondary": Rational.damper(100)})
+    measured, omega = loop.largest_gain("z")
+    assert measured.value == pytest.approx(1.0, rel=1e-9)
+    assert math.isinf(omega)
+    assert loop.transfer("z").largest_gain() == (1.0, math.inf)
 
 
 @pytest.mark.parametrize("seed", range(3))
