@@ -191,8 +191,8 @@ class Transfer:
         if slope != 0:
             with roots.precision(2 * _FIRST):
                 for x, _ in roots.positive_roots(slope):
-                    square = roots.value(N, x) / roots.value(D, x)
-                    found.append((float(square.mid()), math.sqrt(float(x.mid()))))
+                    ball = roots.value(N, x) / roots.value(D, x)
+                    found.append((float(ball.mid()), math.sqrt(float(x.mid()))))
         square, omega = max(found)
         return math.sqrt(square), omega
 
