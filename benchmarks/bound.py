@@ -15,13 +15,13 @@ from collections.abc import Callable
 import cvxpy as cp
 import numpy as np
 
-from posreal.design import problem
-from posreal.design.bound import bound
-from posreal.design.bound.objectives import Squares
-from posreal.design.bound.plain import solve
-from posreal.design.bound.ports import enclosed, figure
-from posreal.design.bound.sampled import Sampled
-from posreal.design.bound.search import PLAIN, VALUE, certify, choose_form, cycled, size_for
+from posreal.bounds.compute import bound
+from posreal.bounds.figure import enclosed, figure
+from posreal.bounds.objectives import Squares
+from posreal.bounds.one_passive_port import solve
+from posreal.bounds.points import PLAIN, VALUE, certify, choose_form, cycled, size_for
+from posreal.bounds.sampled import Sampled
+from posreal.specification.named import problem
 
 SIZES = (10, 20, 40, 60)
 LARGEST_NAIVE = 40

@@ -9,8 +9,8 @@ import numpy as np
 
 from benchmarks.timing import medians, report
 from posreal import PlanView, Rational
-from posreal.design import problem
-from posreal.design.objective import mean_square
+from posreal.optimisation.mean_square import mean_square
+from posreal.specification.named import problem
 from posreal.vehicle import metrics
 from posreal.vehicle.plan_view import lateral_track_filter
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.timing import medians, report, seconds
-from posreal.design import problem
-from posreal.design.search import Search, search
-from posreal.design.search.values import coarse
 from posreal.network.topologies import forms, key, letters, network
+from posreal.specification.named import problem
+from posreal.topology.result import Search
+from posreal.topology.search import search
+from posreal.topology.values import coarse
 
 _LARGEST = 5
 

@@ -4,7 +4,7 @@
 
 - plain alternation: with X fixed the inequalities are linear in the device, with the device fixed X is Lyapunov's;
 - path following [HassibiHowBoyd1999], each step written in cvxpy anew and solved by Clarabel, without the second-order
-  term and the faces of :mod:`posreal.design.synthesis.bmi`;
+  term and the faces of :mod:`posreal.synthesis.path_following`;
 - differential evolution of scipy over the same port-Hamiltonian parametrisation.
 
 All four measure a device by the same figure, so the times differ by what they do between measurements. A way that does
@@ -26,13 +26,13 @@ from scipy.linalg import LinAlgError, solve_continuous_lyapunov
 from scipy.optimize import differential_evolution
 
 from posreal.admittance import StateSpace, random_port_hamiltonian
-from posreal.design.named import problem
-from posreal.design.synthesis import synthesise
-from posreal.design.synthesis.chart import Chart
-from posreal.design.synthesis.criterion import Candidate, Criterion
-from posreal.design.synthesis.generalised_plant import generalised_plant
-from posreal.design.synthesis.scale import reference
-from posreal.design.synthesis.storage import factored
+from posreal.admittance.positive_real_lemma import factored
+from posreal.optimisation.coordinates import Chart
+from posreal.optimisation.criterion import Candidate, Criterion
+from posreal.optimisation.scaling import reference
+from posreal.specification.named import problem
+from posreal.synthesis.combination import synthesise
+from posreal.synthesis.generalised_plant import generalised_plant
 
 ORDER, BEST, LIMIT = 2, 1.542673, 90.0
 ENOUGH = BEST * 1.001
@@ -62,7 +62,7 @@ class Watch:
 
 
 def combination(watch: Watch) -> None:
-    """What :func:`posreal.design.synthesis.synthesise` does."""
+    """What :func:`posreal.synthesis.combination.synthesise` does."""
     watch.saw(synthesise(QUARTER, ORDER, starts=4).value)
 
 

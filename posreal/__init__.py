@@ -17,22 +17,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from posreal.admittance import PortHamiltonian, Rational, StateSpace, Verdict, check, state_space
-    from posreal.design import (
-        Constraint,
-        Design,
-        Layout,
-        Problem,
-        evaluate,
-        layout,
-        layouts,
-        optimise,
-        problem,
-        problem_from_plant,
-        problems,
-        synthesise,
-    )
-    from posreal.design.bound import Bound, bound
-    from posreal.design.search import Search, search
+    from posreal.bounds.compute import bound
+    from posreal.bounds.file import load_bound
+    from posreal.bounds.result import Bound
     from posreal.errors import BadDevice, BadInput, Infeasible, NotPositiveReal, PosrealError
     from posreal.metric import Measured, Metric
     from posreal.network import (
@@ -53,36 +40,50 @@ if TYPE_CHECKING:
     from posreal.network.picture import save_picture
     from posreal.network.spice import spice
     from posreal.network.table import table
+    from posreal.optimisation.evaluate import evaluate
+    from posreal.optimisation.layout_values import optimise
     from posreal.plant.plant import Plant
     from posreal.realisation import Limits, Realisation, Repair, nearest_positive_real, realise, realise_all
+    from posreal.specification.constraint import Constraint
+    from posreal.specification.design import Design
+    from posreal.specification.from_plant import problem_from_plant
+    from posreal.specification.layout import Layout, layout, layouts
+    from posreal.specification.named import problem, problems
+    from posreal.specification.problem import Problem
     from posreal.study.compare import Comparison, compare
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.reproduce import Reproduction, reproduce
     from posreal.study.sweep import Sweep, sweep
+    from posreal.synthesis.synthesise import synthesise
+    from posreal.topology.result import Search
+    from posreal.topology.search import search
     from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
 
 __version__ = "0.1.0"
 
 _ROOMS = {  # where each name is, loaded when it is first asked for: a command needs few of them
-    "posreal.admittance": ("PortHamiltonian", "Rational", "StateSpace", "Verdict", "check", "state_space"),
-    "posreal.design": (
-        "Constraint",
-        "Design",
-        "Layout",
-        "Problem",
-        "evaluate",
-        "layout",
-        "layouts",
-        "optimise",
-        "problem",
-        "problem_from_plant",
-        "problems",
-        "synthesise",
+    "posreal.admittance": (
+        "PortHamiltonian",
+        "Rational",
+        "StateSpace",
+        "Verdict",
+        "check",
+        "state_space",
     ),
-    "posreal.design.bound": ("Bound", "bound"),
-    "posreal.design.search": ("Search", "search"),
-    "posreal.errors": ("BadDevice", "BadInput", "Infeasible", "NotPositiveReal", "PosrealError"),
-    "posreal.metric": ("Measured", "Metric"),
+    "posreal.bounds.compute": ("bound",),
+    "posreal.bounds.file": ("load_bound",),
+    "posreal.bounds.result": ("Bound",),
+    "posreal.errors": (
+        "BadDevice",
+        "BadInput",
+        "Infeasible",
+        "NotPositiveReal",
+        "PosrealError",
+    ),
+    "posreal.metric": (
+        "Measured",
+        "Metric",
+    ),
     "posreal.network": (
         "Damper",
         "Graph",
@@ -101,13 +102,55 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
     "posreal.network.picture": ("save_picture",),
     "posreal.network.spice": ("spice",),
     "posreal.network.table": ("table",),
+    "posreal.optimisation.evaluate": ("evaluate",),
+    "posreal.optimisation.layout_values": ("optimise",),
     "posreal.plant.plant": ("Plant",),
-    "posreal.realisation": ("Limits", "Realisation", "Repair", "nearest_positive_real", "realise", "realise_all"),
-    "posreal.study.compare": ("Comparison", "compare"),
-    "posreal.study.pareto": ("Pareto", "pareto"),
-    "posreal.study.reproduce": ("Reproduction", "reproduce"),
-    "posreal.study.sweep": ("Sweep", "sweep"),
-    "posreal.vehicle": ("PlanView", "QuarterCar", "SideView", "Vehicle"),
+    "posreal.realisation": (
+        "Limits",
+        "Realisation",
+        "Repair",
+        "nearest_positive_real",
+        "realise",
+        "realise_all",
+    ),
+    "posreal.specification.constraint": ("Constraint",),
+    "posreal.specification.design": ("Design",),
+    "posreal.specification.from_plant": ("problem_from_plant",),
+    "posreal.specification.layout": (
+        "Layout",
+        "layout",
+        "layouts",
+    ),
+    "posreal.specification.named": (
+        "problem",
+        "problems",
+    ),
+    "posreal.specification.problem": ("Problem",),
+    "posreal.study.compare": (
+        "Comparison",
+        "compare",
+    ),
+    "posreal.study.pareto": (
+        "Pareto",
+        "pareto",
+    ),
+    "posreal.study.reproduce": (
+        "Reproduction",
+        "reproduce",
+    ),
+    "posreal.study.sweep": (
+        "Sweep",
+        "sweep",
+    ),
+    "posreal.synthesis.synthesise": ("synthesise",),
+    "posreal.topology.result": ("Search",),
+    "posreal.topology.search": ("search",),
+    "posreal.vehicle": (
+        "PlanView",
+        "QuarterCar",
+        "SideView",
+        "Vehicle",
+    ),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
 
@@ -159,6 +202,7 @@ __all__ = [
     "latex",
     "layout",
     "layouts",
+    "load_bound",
     "nearest_positive_real",
     "nodal_admittance",
     "optimise",

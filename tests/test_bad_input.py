@@ -14,10 +14,10 @@ import pytest
 
 from posreal import cli
 from posreal.admittance import check, parse_rational
-from posreal.design.search.checkpoint import Checkpoint
 from posreal.errors import BadInput, plain, shown
 from posreal.files import read_json, read_text, read_toml, require_writable, write_whole
 from posreal.network import parse
+from posreal.topology.checkpoint import Checkpoint
 
 DEEP = 1000
 
@@ -348,7 +348,7 @@ def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path):
 
 
 def test_a_missing_folder_is_noticed_before_the_work(posreal, monkeypatch):
-    monkeypatch.setattr("posreal.design.bound.bound", lambda *_, **__: pytest.fail("it computed"))
+    monkeypatch.setattr("posreal.bounds.compute.bound", lambda *_, **__: pytest.fail("it computed"))
     refused(posreal, "bound", "quarter-car", "--save", "/nowhere/proof.json", says="/nowhere")
 
 

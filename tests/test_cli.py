@@ -314,7 +314,7 @@ def test_interruption_is_not_a_traceback(posreal, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("posreal.design.problems", interrupted)
+    monkeypatch.setattr("posreal.specification.named.problems", interrupted)
     code, out, err = posreal("problems")
     assert (code, out) == (130, "")
     assert "Traceback" not in err

@@ -58,7 +58,7 @@ def test_check_loads_admittances_and_the_reading_of_devices():
 def test_realise_loads_no_design_and_no_solver():
     modules = loaded("realise", "(s+1)/(s+2)")  # a ladder; a bridge asks networkx whether it holds together
     assert packages(modules) & HEAVY == set()
-    assert not any(name.startswith(("posreal.design", "posreal.vehicle")) for name in modules)
+    assert not any(name.startswith(("posreal.problems", "posreal.vehicle")) for name in modules)
 
 
 def test_a_network_draws_itself_though_what_draws_is_loaded_late():

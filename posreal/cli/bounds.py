@@ -50,11 +50,11 @@ def bound(
     as_json: AsJson = False,
 ) -> None:
     """Prove what no positive-real device can go below."""
-    from posreal.design import evaluate
-    from posreal.design.bound import bound as search
-    from posreal.design.bound import reached
-    from posreal.design.guard import held
+    from posreal.bounds.compute import bound as search
+    from posreal.bounds.guard import held
     from posreal.files import require_writable
+    from posreal.optimisation.evaluate import evaluate
+    from posreal.study.price_of_simplicity import reached
 
     question = posed(problem, vehicle, position, objective, stiffness)
     if save is not None:
@@ -114,9 +114,10 @@ def check_bound(
     as_json: AsJson = False,
 ) -> None:
     """Prove a saved bound again from its certificate; exit code 0 or 1."""
-    from posreal.design.bound import Bound
 
-    found = Bound.load(file)
+    from posreal.bounds.file import load_bound
+
+    found = load_bound(file)
     proof = found.check()
     if as_json:
         document = found.to_dict()

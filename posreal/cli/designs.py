@@ -60,10 +60,11 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Print every metric of a device."""
-    from posreal.design import metrics_to_dict, read_design
+    from posreal.optimisation.evaluate import read_design
+    from posreal.specification.design import metrics_to_dict
+    from posreal.study.cross_check import three_ways as ride
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
-    from posreal.study.three_ways import three_ways as ride
 
     question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
     over = read_ranges(question, sweep or [])
@@ -103,8 +104,8 @@ def optimise(
     ascii: Ascii = False,
 ) -> None:
     """Find the best element values of one or more layouts."""
-    from posreal.design import layout as named
-    from posreal.design import optimise as search
+    from posreal.optimisation.layout_values import optimise as search
+    from posreal.specification.layout import layout as named
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
@@ -156,10 +157,10 @@ def synthesise(
     width: Width = 100,
 ) -> None:
     """Find the best positive-real admittance of an order, then its network."""
-    from posreal.design import synthesise as search
     from posreal.study.strut import mounted, realised
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
+    from posreal.synthesis.synthesise import synthesise as search
 
     check_paths(write)
     question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)

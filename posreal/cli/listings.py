@@ -10,12 +10,12 @@ from posreal.cli.options import Ascii, AsJson
 from posreal.cli.output import drawn, print_json
 
 if TYPE_CHECKING:
-    from posreal.design import Layout
+    from posreal.specification.layout import Layout
 
 
 def problems(as_json: AsJson = False) -> None:
     """List the design problems."""
-    from posreal.design import problems as named
+    from posreal.specification.named import problems as named
     from posreal.text_table import table
 
     entries = named()
@@ -46,8 +46,9 @@ def layouts(
     ascii: Ascii = False,
 ) -> None:
     """List the fixed layouts, or draw one."""
-    from posreal.design import layout, problem
-    from posreal.design import layouts as shipped
+    from posreal.specification.layout import layout
+    from posreal.specification.layout import layouts as shipped
+    from posreal.specification.named import problem
     from posreal.text_table import table
 
     if name is None:

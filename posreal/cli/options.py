@@ -10,7 +10,7 @@ import typer
 from posreal.errors import BadInput, plain, shown
 
 if TYPE_CHECKING:
-    from posreal.design import Problem
+    from posreal.specification.problem import Problem
 
 ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="A problem's name; see `posreal problems`.")]
 DeviceWords = Annotated[
@@ -87,8 +87,8 @@ def posed(
     worst_case: list[str] | None = None,
 ) -> Problem:
     """The problem that the options describe."""
-    from posreal.design import problem
-    from posreal.design.search import read_limits
+    from posreal.specification.named import problem
+    from posreal.topology.options import read_limits
 
     k = None if stiffness is None else number("--stiffness", stiffness, "N/m")
     return problem(

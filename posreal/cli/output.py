@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from posreal.admittance import Rational
-    from posreal.design import Design
     from posreal.network import Network
     from posreal.realisation import Realisation
+    from posreal.specification.design import Design
 
 
 def print_json(document: Any) -> None:

@@ -59,12 +59,12 @@ def search(
     ascii: Ascii = False,
 ) -> None:
     """Find the best networks of up to so many elements: what every further part buys."""
-    from posreal.design.bound import bound as prove
-    from posreal.design.search import read_at_most, read_bounds, read_limits
-    from posreal.design.search import search as find
+    from posreal.bounds.compute import bound as prove
     from posreal.files import require_writable
     from posreal.study.drawing import FORMATS
     from posreal.study.pareto import pareto
+    from posreal.topology.options import read_at_most, read_bounds, read_limits
+    from posreal.topology.search import search as find
 
     question = posed(problem, vehicle, position, objective, stiffness)
     if plot is not None:

@@ -8,13 +8,19 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from posreal.design import Bound, Design, Problem, evaluate, layouts, optimise, synthesise
-from posreal.design.bound import bound as prove
-from posreal.design.caveats import caveats
+from posreal.bounds.compute import bound as prove
+from posreal.bounds.result import Bound
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.network import Network
 from posreal.network.diagram import diagram
+from posreal.optimisation.caveats import caveats
+from posreal.optimisation.evaluate import evaluate
+from posreal.optimisation.layout_values import optimise
+from posreal.specification.design import Design
+from posreal.specification.layout import layouts
+from posreal.specification.problem import Problem
 from posreal.study.strut import degree, realised, strut, terminals
+from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import percent, table
 
 

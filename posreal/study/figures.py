@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from posreal.design import Design
 from posreal.errors import BadInput
 from posreal.files import require_folder
+from posreal.specification.design import Design
 from posreal.study.drawing import save, sheet
 from posreal.study.reproduce import Reproduction
 from posreal.vehicle import PlanView, SideView, measure

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from posreal.design import Problem
 from posreal.network import Network, Spring
+from posreal.specification.problem import Problem
 
 BUSH, STATIC = "k_bush", "k_static"
 NAMES = {"bush": BUSH, "static spring": STATIC}

@@ -12,12 +12,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from posreal.design import Design, layout, layouts, optimise, synthesise
-from posreal.design.search import FrontPoint, Search, unrestricted
 from posreal.network.diagram import diagram
+from posreal.optimisation.layout_values import optimise
+from posreal.specification.design import Design
+from posreal.specification.layout import layout, layouts
+from posreal.specification.restrict import unrestricted
 from posreal.study.drawing import save, sheet
 from posreal.study.strut import mounted, terminals
+from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import percent, table
+from posreal.topology.result import FrontPoint, Search
 
 
 @dataclass(frozen=True)

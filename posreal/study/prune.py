@@ -15,13 +15,14 @@ from functools import cached_property
 from itertools import product
 
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
-from posreal.design import Design, Layout, Problem
-from posreal.design.guard import guarded
-from posreal.design.layout import ElementRule
-from posreal.design.optimise import improve, promise
+from posreal.bounds.guard import guarded
 from posreal.errors import PosrealError
 from posreal.network import Network
 from posreal.network.removal import removed
+from posreal.optimisation.layout_values import improve, promise
+from posreal.specification.design import Design
+from posreal.specification.layout import ElementRule, Layout
+from posreal.specification.problem import Problem
 from posreal.study.mounted import BUSH, STATIC, mounted
 
 PRUNE = 5e-4  # of the objective

@@ -9,10 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from posreal.design import Design, Layout, layouts, optimise, problem
-from posreal.design.layout import Published
-from posreal.design.optimise import evaluate_layout
 from posreal.metric import Measured
+from posreal.optimisation.layout_values import evaluate_layout, optimise
+from posreal.specification.design import Design
+from posreal.specification.layout import Layout, Published, layouts
+from posreal.specification.named import problem
 from posreal.text_table import percent, table
 from posreal.units import engineering
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from posreal.design import Design, Problem
 from posreal.network import Network
 from posreal.realisation import Realisation, realise
 from posreal.realisation.proof import require_proof
+from posreal.specification.design import Design
+from posreal.specification.problem import Problem
 from posreal.study.mounted import mounted
 from posreal.study.prune import PRUNE, pruned
 

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from posreal.admittance import Rational
-from posreal.design import Design, Problem, metrics_to_dict
 from posreal.errors import BadInput, Infeasible, shown
 from posreal.metric import Measured
+from posreal.specification.design import Design, metrics_to_dict
+from posreal.specification.problem import Problem
 from posreal.text_table import percent, table
 from posreal.vehicle import override
 

@@ -8,9 +8,9 @@ import control
 import numpy as np
 import pytest
 
-from posreal.design import problem
-from posreal.design.user_problem import problem_from_plant
 from posreal.errors import Infeasible
+from posreal.specification.from_plant import problem_from_plant
+from posreal.specification.named import problem
 from posreal.study.compare import compare
 from posreal.study.strut import strut
 

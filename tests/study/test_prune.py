@@ -2,10 +2,12 @@
 
 import pytest
 
-from posreal.design import Design, problem, synthesise
 from posreal.network import nodal_admittance, parse
+from posreal.specification.design import Design
+from posreal.specification.named import problem
 from posreal.study.prune import pruned
 from posreal.study.strut import realised
+from posreal.synthesis.synthesise import synthesise
 
 DEMO = "{1-2: (k1=91.7 | b1=31.2) + c1=177, 1-3: b2=2817.87, 2-3: b3=25489, 2-0: k2=74828.7, 3-0: c2=14494}"
 

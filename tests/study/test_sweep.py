@@ -6,8 +6,9 @@ import json
 
 import pytest
 
-from posreal.design import evaluate, problem, read_design
 from posreal.errors import BadInput
+from posreal.optimisation.evaluate import evaluate, read_design
+from posreal.specification.named import problem
 from posreal.study.sweep import read_ranges, sweep
 
 CRZ, MASS = [30e3, 60e3, 90e3], [36e3, 40e3]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from posreal.design import problem
 from posreal.errors import BadInput
+from posreal.specification.named import problem
 from posreal.vehicle import PlanView, SideView, described, from_file, override
 
 TABLES = ("plan-view", "side-view", "quarter-car")

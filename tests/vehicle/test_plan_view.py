@@ -9,9 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 from posreal.admittance import Rational, random_port_hamiltonian
-from posreal.design import layout, problem
 from posreal.errors import Infeasible
 from posreal.plant import h2_norm, time_response
+from posreal.specification.layout import layout
+from posreal.specification.named import problem
 from posreal.vehicle import PlanView, measure, metrics
 from posreal.vehicle.plan_view import lateral_track_filter
 from tests import published

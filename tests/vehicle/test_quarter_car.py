@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from posreal.admittance import Rational
-from posreal.design import problem
-from posreal.design.objective import mean_square
+from posreal.optimisation.mean_square import mean_square
+from posreal.specification.named import problem
 from posreal.vehicle import QuarterCar, measure
 
 
@@ -55,7 +55,7 @@ def test_whole_axis_quadrature_is_the_covariance(objective):
     ("layout", "figure"), [("S1", 1.759967), ("S2", 1.660764), ("S3", 1.585094)], ids=["S1", "S2", "S3"]
 )
 def test_optimal_layouts(layout, figure):
-    from posreal.design import layout as named
-    from posreal.design import optimise
+    from posreal.optimisation.layout_values import optimise
+    from posreal.specification.layout import layout as named
 
     assert optimise(problem("quarter-car"), named(layout), starts=3).objective.value == pytest.approx(figure, rel=1e-6)

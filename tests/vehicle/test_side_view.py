@@ -10,10 +10,12 @@ import pytest
 from scipy.integrate import quad
 
 from posreal.admittance import Rational, random_port_hamiltonian
-from posreal.design import layout, optimise, problem
-from posreal.design.objective import mean_square
 from posreal.network import parse
+from posreal.optimisation.layout_values import optimise
+from posreal.optimisation.mean_square import mean_square
 from posreal.plant import h2_norm, time_response
+from posreal.specification.layout import layout
+from posreal.specification.named import problem
 from posreal.vehicle import SideView, measure, metrics
 from tests import published
 from tests.vehicle import naive

@@ -1,0 +1,1 @@
+"""How far from the best possible: proven lower bounds over all positive-real devices."""

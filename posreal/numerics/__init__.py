@@ -1,0 +1,1 @@
+"""Semidefinite programs, batched descent, parallel work: knows no mechanics."""

@@ -1,0 +1,1 @@
+"""The nonlinear program of a problem, its coordinates, and the local searches over them."""

@@ -1,0 +1,61 @@
+"""What has to be said of a best design: that the default suspension is better, that it rings above 20 Hz."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from posreal.admittance import Rational
+from posreal.bounds.guard import guarded
+from posreal.metric import ClosedVehicle
+from posreal.specification.design import Design
+from posreal.vehicle import Vehicle
+
+_RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
+_ROUNDING = 1e-6  # of a figure: worse by no more than that is not worse
+
+
+def reported(design: Design) -> Design:
+    """A design that a search found, held against a proven bound, with its caveats among its notes.
+
+    Raises
+    ------
+    BelowBound
+        See :func:`posreal.bounds.guard.guarded`.
+    """
+    notes = [*design.found.get("notes", ()), *caveats(design)]
+    return guarded(replace(design, found={**design.found, "notes": notes}))
+
+
+def caveats(design: Design) -> list[str]:
+    """Sentences about a design that is worse than the default suspension, or that rings where its figure ends."""
+    improvement = design.improvement()
+    said = []
+    if improvement is not None and improvement < -100 * _ROUNDING:
+        said.append(f"{design.problem.objective} is {_worse(-improvement)}")
+    return said + _ringing(design)
+
+
+def _ringing(design: Design) -> list[str]:
+    problem = design.problem
+    metric, twin = problem.base_objective, f"{problem.base_objective}_whole"
+    if twin not in problem.vehicle.metrics or problem.goal is not None:
+        return []
+    whole, said = _value(problem.vehicle, design.port, twin), []
+    if whole >= _RINGS * design.metrics[metric].value:
+        said.append(
+            f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above "
+            f"20 Hz: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
+        )
+    before, port = problem.original.vehicle, problem.original.default_port
+    lost = 0.0 if port is None else 100 * (whole / _value(before, port, twin) - 1)
+    if lost > 100 * _ROUNDING:
+        said.append(f"over all frequencies {metric} is {_worse(lost)}")
+    return said
+
+
+def _value(vehicle: Vehicle, port: Rational, metric: str) -> float:
+    return vehicle.metrics[metric].measure(ClosedVehicle(vehicle, {"secondary": port})).value
+
+
+def _worse(percent: float) -> str:
+    return f"worse than the default suspension by {percent:.3g} %"

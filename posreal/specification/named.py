@@ -1,0 +1,211 @@
+"""The named problems, and the variations that a user may ask for: other figures, limits, operating points."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from posreal.errors import BadInput, hint, listed, shown
+from posreal.specification.constraint import Range
+from posreal.specification.goal import Goal, weighted_sum
+from posreal.specification.problem import WORST_CASE, Problem
+from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
+
+VEHICLES: tuple[type[PlanView] | type[SideView] | type[QuarterCar], ...] = (PlanView, SideView, QuarterCar)
+
+_KPY, _CPY, _KSY = Range(2.4e6, 9.4e6), Range(2.4e3, 6e4), Range(1.2e5, 4.9e5)
+"""Half to twice the default stiffnesses, a fifth to five times the damping: a re-tuning, not another vehicle."""
+
+
+def _lateral(name: str, summary: str, objective: str, keep: tuple[str, ...], **free: Range) -> Problem:
+    return Problem(name, summary, PlanView(), objective, keep, free)
+
+
+_PROBLEMS: dict[str, Problem] = {
+    entry.name: entry
+    for entry in (
+        _lateral("lateral-comfort", "least lateral body acceleration, damping kept", "Macc", ("Ldmp",)),
+        _lateral(
+            "lateral-comfort-primary",
+            "least lateral body acceleration, damping kept, primary lateral suspension free",
+            "Macc",
+            ("Ldmp",),
+            Kpy=_KPY,
+            Cpy=_CPY,
+        ),
+        _lateral(
+            "lateral-gauging",
+            "least body displacement entering a curve, damping and comfort kept, static spring free",
+            "max_yv",
+            ("Ldmp", "Macc"),
+            Ksy=_KSY,
+        ),
+        _lateral(
+            "lateral-gauging-primary",
+            "least body displacement entering a curve, damping and comfort kept, static and primary free",
+            "max_yv",
+            ("Ldmp", "Macc"),
+            Kpy=_KPY,
+            Cpy=_CPY,
+            Ksy=_KSY,
+        ),
+        Problem(
+            "vertical-comfort",
+            "least vertical body acceleration over the trailing bogie",
+            SideView(),
+            "J1z_T",
+        ),
+        Problem(
+            "quarter-car",
+            "least body acceleration of a quarter-car, static stiffness kept",
+            QuarterCar(),
+            "J1",
+        ),
+    )
+}
+
+
+def problems() -> tuple[Problem, ...]:
+    """Every named problem."""
+    return tuple(_PROBLEMS.values())
+
+
+def problem(
+    name: str,
+    *,
+    position: str | None = None,
+    objective: str | None = None,
+    stiffness: float | None = None,
+    vehicle_file: Any = None,
+    vehicle: Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
+    worst_case: Sequence[Mapping[str, Any]] = (),
+) -> Problem:
+    """A design problem by name.
+
+    Parameters
+    ----------
+    name : str
+        ``lateral-comfort``, ``lateral-comfort-primary``, ``lateral-gauging``, ``lateral-gauging-primary``,
+        ``vertical-comfort`` or ``quarter-car``.
+    position : {"L", "M", "T", "worst"}, optional
+        Where ride is measured in ``vertical-comfort`` (T by default); ``worst`` minimises the worst of the three.
+    objective : str, optional
+        What is minimised in ``quarter-car`` (J1 by default): ``J1``, ``J3``, ``gain_acceleration`` or
+        ``gain_tyre_force`` (the H∞ norm from road velocity), or a weighted sum such as ``J1 + 0.001*J3``; in
+        ``vertical-comfort``: ``whole-band``, the ride over all frequencies instead of up to 20 Hz.
+    stiffness : float, optional
+        Static stiffness of ``quarter-car``, N/m.
+    vehicle_file : path, optional
+        TOML file whose table ``[plan-view]``, ``[side-view]`` or ``[quarter-car]`` overrides parameters.
+    vehicle : mapping, optional
+        Parameters to override, numbers in SI units or text with a unit.
+    limits : mapping of metric to number, optional
+        Upper limits on metrics, in their units, such as ``{"deflection_rear": 34.0}``. ``inertance`` is lim Y/s of the
+        port, not the sum of a network's inerters.
+    worst_case : sequence of mappings, optional
+        Operating points besides the nominal one, each as parameters to override; the worst over all is minimised, and
+        constraints hold at each.
+
+    Raises
+    ------
+    BadInput
+        For an unknown name, an option that the problem does not have, or a bad parameter.
+    """
+    if name not in _PROBLEMS:
+        raise BadInput(f"unknown problem {shown(name)}; {hint(name, _PROBLEMS)}")
+    chosen = _PROBLEMS[name]
+    if position is not None:
+        if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T", "worst"):
+            raise BadInput(
+                f"position {shown(position)} does not fit {name}; vertical-comfort takes L, M or T, or worst"
+            )
+        if position == "worst":
+            goal = Goal("worst", tuple((f"J1z_{point}", 1.0) for point in "LMT"))
+            chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
+        else:
+            chosen = dataclasses.replace(chosen, objective=f"J1z_{position}")
+    if objective is not None:
+        chosen = _minimising(chosen, objective)
+    model: Vehicle = chosen.vehicle
+    if vehicle_file is not None:
+        model = from_file(model, vehicle_file, model.name, tuple(kind.name for kind in VEHICLES))
+    if vehicle:
+        model = override(model, vehicle)
+    if stiffness is not None:
+        if not isinstance(model, QuarterCar):
+            raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
+        model = override(model, {"k": stiffness}, where="stiffness")
+    chosen = dataclasses.replace(chosen, vehicle=model)
+    if limits:
+        chosen = limited(chosen, limits)
+    return over_points(chosen, worst_case) if worst_case else chosen
+
+
+def _minimising(chosen: Problem, objective: str) -> Problem:
+    """The problem with another objective, a metric or a weighted sum."""
+    if isinstance(chosen.vehicle, SideView):
+        if objective != "whole-band" or chosen.goal is not None:
+            raise BadInput(
+                f"objective {shown(objective)} does not fit {chosen.name} here; it takes whole-band, the ride without "
+                "its end at 20 Hz, at one of the positions L, M and T"
+            )
+        return dataclasses.replace(chosen, objective=f"{chosen.objective}_whole")
+    if not isinstance(chosen.vehicle, QuarterCar):
+        raise BadInput(
+            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car and vertical-comfort take one"
+        )
+    known = ("J1", "J3", "gain_acceleration", "gain_tyre_force")
+    if objective in known:
+        return dataclasses.replace(chosen, objective=objective)
+    goal = weighted_sum(objective) if "+" in objective else None
+    if goal is None or not all(part in known for part, _ in goal.parts):
+        raise BadInput(
+            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car takes J1 or J3, gain_acceleration "
+            "or gain_tyre_force, or a weighted sum such as J1 + 0.001*J3"
+        )
+    return dataclasses.replace(chosen, objective=goal.name, goal=goal)
+
+
+def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
+    """The problem with upper limits on metrics, in their units, on top of its own constraints.
+
+    Raises
+    ------
+    BadInput
+        For a metric that cannot be limited, or a limit that is not a number above 0.
+    """
+    known = [name for name, metric in problem.vehicle.metrics.items() if metric.better == "less"]
+    for name, value in limits.items():
+        if name not in known:
+            raise BadInput(f"{shown(name)} cannot be limited in {problem.name}; {hint(name, known)}")
+        if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "inertance"))):
+            raise BadInput(f"the limit of {name} is {value:g}; it must be finite and greater than 0")
+    return dataclasses.replace(problem, at_most={**problem.at_most, **{n: float(v) for n, v in limits.items()}})
+
+
+def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Problem:
+    """The problem whose objective is the worst over its nominal vehicle and several operating points.
+
+    Constraints hold at each: a limit as the number that it is, "no worse than the default" as no worse than the default
+    suspension in that point's vehicle.
+
+    Raises
+    ------
+    BadInput
+        For a parameter that the vehicle does not have, or a value out of range.
+    """
+    if not parameters(problem.vehicle):
+        raise BadInput(f"{problem.name} is a plant of the user's own, which has no parameters to vary by name")
+    checked = []
+    for point in points:
+        changed = override(problem.vehicle, point, where="operating point")
+        checked.append({name: float(getattr(changed, name)) for name in point})
+        clash = set(point) & set(problem.free)
+        if clash:
+            raise BadInput(f"{listed(sorted(clash))} is free in {problem.name}, so no operating point can set it")
+    objective = problem.objective if problem.points else WORST_CASE + problem.objective
+    return dataclasses.replace(problem, objective=objective, points=(*problem.points, *checked))

@@ -1,0 +1,262 @@
+"""What to minimise over passive devices, on which vehicle, subject to what.
+
+A problem cuts its vehicle open at the secondary suspension; what stays there is its :class:`Mounting`. Constraints are
+named by the metric they limit; "no worse than the default" is the same vehicle's own figure with its default
+suspension, recomputed for the vehicle at hand; `at_most` are numbers of the user's own. The objective may be a
+:class:`Goal` made of several metrics, and may be the worst over several operating points. Constraints then hold at each
+of them: a limit is the same number everywhere, and "the default" is the default suspension in that point's vehicle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from posreal.admittance import Rational
+from posreal.errors import BadInput, Infeasible
+from posreal.metric import Measured
+from posreal.plant.mounting import Mounting
+from posreal.plant.plant import Plant
+from posreal.specification.constraint import ROUNDING, Constraint, Range
+from posreal.specification.goal import Goal
+from posreal.vehicle import Place, Vehicle, measure, override
+
+WORST_CASE = "worst-case "  # begins the objective's name where it is the worst over several operating points
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One design problem; see :func:`problem` for the named ones.
+
+    Attributes
+    ----------
+    name : str
+    summary : str
+        One sentence for tables.
+    vehicle : Vehicle
+    objective : str
+        Name of the metric that is minimised.
+    keep : tuple of str
+        Metrics that may be no worse than with the vehicle's default suspension.
+    free : mapping of vehicle parameter to Range
+        Vehicle parameters that the designer may choose too.
+    at_most : mapping of metric to float
+        Upper limits on metrics, in their units. Besides the vehicle's metrics, ``gain_OUTPUT`` (largest gain over all
+        frequencies) and ``J1z_T_whole`` (ride not ending at 20 Hz) may be limited and minimised, and ``inertance``
+        limited: lim Y/s of the whole port at high frequency (kg). That is not the sum of the inerters in a network of
+        the device: one behind a spring or a damper does not show in it.
+    goal : Goal or None
+        What the objective is made of, where it is not a metric of the vehicle.
+    points : tuple of mappings of vehicle parameter to value
+        Operating points besides the nominal one; the objective is then the worst over all of them, and constraints
+        hold at each.
+    """
+
+    name: str
+    summary: str
+    vehicle: Vehicle
+    objective: str
+    keep: tuple[str, ...] = ()
+    free: Mapping[str, Range] = dataclasses.field(default_factory=dict)
+    at_most: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    goal: Goal | None = None
+    points: tuple[Mapping[str, float], ...] = ()
+    reference: Vehicle | None = None
+
+    # --- the vehicle around the device -----------------------------------------------------------------------
+
+    def with_vehicle(self, values: Mapping[str, Any]) -> Problem:
+        """The same problem with some vehicle parameters re-tuned: reference and constraints stay the original's."""
+        if not values:
+            return self
+        vehicle, reference = override(self.vehicle, values), self.reference or self.vehicle
+        tuned = dataclasses.replace(self, vehicle=vehicle, reference=None if vehicle == reference else reference)
+        tuned.__dict__["original"] = self.original  # computed once, whatever is tried
+        return tuned
+
+    @cached_property
+    def original(self) -> Problem:
+        """The problem before its vehicle was re-tuned, to which the default's figures and the constraints belong."""
+        if self.reference is None:
+            return self
+        return dataclasses.replace(self, vehicle=self.reference, reference=None)
+
+    @property
+    def place(self) -> Place:
+        """Where the device goes."""
+        return self.vehicle.places["secondary"]
+
+    @property
+    def mounting(self) -> Mounting:
+        """What the port holds besides the device."""
+        return self.place.around
+
+    @property
+    def roles(self) -> Mapping[str, str]:
+        """Elements of a layout that stand for a part of the vehicle: role → vehicle parameter."""
+        return self.place.roles
+
+    @property
+    def layout_mounting(self) -> Mounting:
+        """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
+        return Mounting(self.place.beside_strut, None)
+
+    def port(self, device: Rational | None, *, whole: bool = False) -> Rational:
+        """Port admittance with `device` in its place, or with a `whole` strut, as a layout is."""
+        return (self.layout_mounting if whole else self.mounting).port(device)
+
+    def port_at(self, point: Problem, port: Rational, changed: Iterable[str]) -> Rational:
+        """The admittance `port` with what the vehicle gives to it as it is at an operating point.
+
+        Parameters
+        ----------
+        point : Problem
+            The problem there.
+        port : Rational
+            At this problem's own vehicle.
+        changed : names of the parameters in which the two differ
+
+        Raises
+        ------
+        BadInput
+            If a static spring or bush changes that is not a spring by itself in the strut.
+        """
+        device = self.mounting.device(port)
+        for role, name in self.roles.items():
+            if name in changed and not device.is_zero():
+                # what is left at the end where the spring counts, in units of it; rounding may make it no less than 0
+                spring = Fraction(getattr(self.vehicle, name))
+                left = device.inverse().inertance * spring if role == "bush" else device.static_stiffness / spring
+                if left < -ROUNDING:
+                    raise BadInput(f"{name} cannot vary here: in this strut it is not the {role} alone")
+        return point.mounting.port(device)
+
+    @property
+    def default_device(self) -> Rational | None:
+        """What the vehicle comes with in the device's place."""
+        return self.place.default
+
+    @property
+    def default_port(self) -> Rational | None:
+        """Port admittance of the vehicle's default suspension, the reference of improvements; None if it has none."""
+        return self.port(self.default_device) if self.place.has_default else None
+
+    # --- what counts -----------------------------------------------------------------------------------------
+
+    def metrics(self, port: Rational) -> dict[str, Measured]:
+        """Every metric of the vehicle with the admittance `port` in its secondary port.
+
+        Raises
+        ------
+        Infeasible
+            If the vehicle is not stable.
+        """
+        found = self._own_metrics(port)
+        if not self.points:
+            return found
+        worst, where = found[self.base_objective], "the nominal point"
+        for (name, point), changed in zip(self.at_points.items(), self.points, strict=True):
+            try:
+                there = point._own_metrics(self.port_at(point, port, changed))
+            except Infeasible as error:
+                raise Infeasible(f"at {name}: {error}") from None
+            counting = dict.fromkeys((self.base_objective, *self.keep, *self.at_most))
+            found |= {f"{metric} at {name}": there[metric] for metric in counting}
+            if there[self.base_objective].value > worst.value:
+                worst, where = there[self.base_objective], name
+        place = f"at {where}" + (f", {worst.at}" if worst.at else "")
+        found[self.objective] = Measured(worst.value, worst.unit, place)
+        return found
+
+    def _own_metrics(self, port: Rational) -> dict[str, Measured]:
+        asked = {self.base_objective, *self.at_most} | {name for name, _ in (self.goal.parts if self.goal else ())}
+        extra = [name for name in sorted(asked) if name in self.vehicle.metrics and name not in self.vehicle.headline]
+        found = measure(self.vehicle, {"secondary": port}, *extra)
+        if self.goal is not None:
+            found[self.goal.name] = self.goal.of(found)
+        return found
+
+    @property
+    def plant(self) -> Plant:
+        """The vehicle on its random track or road, cut open at the device."""
+        return self.vehicle.plant(self.vehicle.random)
+
+    @property
+    def base_objective(self) -> str:
+        """The objective at one operating point."""
+        return self.objective.removeprefix(WORST_CASE) if self.points else self.objective
+
+    @property
+    def whole_band(self) -> bool:
+        """Whether the objective is over all frequencies, as bounds are, and does not end at 20 Hz."""
+        parts = (self.base_objective,) if self.goal is None else tuple(name for name, _ in self.goal.parts)
+        norms = [self.vehicle.metrics[name].norm() for name in parts]
+        return all(norm is not None and math.isinf(norm.stop) for norm in norms)
+
+    @cached_property
+    def at_points(self) -> dict[str, Problem]:
+        """The same problem at each of the operating points alone, by the point's name, such as ``Crz=40000``."""
+        return {
+            ",".join(f"{name}={value:g}" for name, value in values.items()): dataclasses.replace(
+                self,
+                vehicle=override(self.vehicle, values),
+                reference=None if self.reference is None else override(self.reference, values),
+                objective=self.base_objective,
+                points=(),
+            )
+            for values in self.points
+        }
+
+    @cached_property
+    def default_metrics(self) -> dict[str, Measured] | None:
+        """Every metric of the reference vehicle with its default suspension.
+
+        Raises
+        ------
+        Infeasible
+            If the vehicle is not stable with it, at the nominal point or another.
+        """
+        if self.reference is not None:
+            return self.original.default_metrics
+        try:
+            return None if self.default_port is None else self.metrics(self.default_port)
+        except Infeasible as error:
+            raise Infeasible(f"with the default suspension, {error}") from None
+
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The constraints with their values: the nominal vehicle's, then those of each operating point."""
+        if self.reference is not None:
+            return self.original.constraints
+        found: list[Constraint] = []
+        if self.keep and self.default_metrics is not None:
+            found = [
+                Constraint(name, ">=" if name == "Ldmp" else "<=", self.default_metrics[name].value, "the default's")
+                for name in self.keep
+            ]
+        found += [Constraint(name, "<=", value, "a limit") for name, value in self.at_most.items()]
+        for name, point in self.at_points.items():
+            found += [
+                dataclasses.replace(one, metric=f"{one.metric} at {name}", point=name) for one in point.constraints
+            ]
+        return tuple(found)
+
+    def violated(self, metrics: Mapping[str, Measured], *, tolerance: float = ROUNDING) -> list[str]:
+        """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""
+        return [
+            f"{constraint} is violated: {metrics[constraint.metric].value:.6g}"
+            for constraint in self.constraints
+            if constraint.margin(metrics) < -tolerance * abs(constraint.value)
+        ]
+
+    def improvement(self, metrics: Mapping[str, Measured], name: str | None = None) -> float | None:
+        """Per cent by which a metric (the objective by default) is better than the default suspension's."""
+        if self.default_metrics is None:
+            return None
+        name = name or self.objective
+        return 100 * (1 - metrics[name].value / self.default_metrics[name].value)

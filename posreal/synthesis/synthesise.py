@@ -1,0 +1,68 @@
+"""The best positive-real device of an order, as a design."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from posreal.numerics.threads import one_thread
+from posreal.optimisation.caveats import reported
+from posreal.specification.design import Design
+from posreal.specification.problem import Problem
+from posreal.synthesis.combination import synthesise as search
+
+
+@one_thread
+def synthesise(
+    problem: Problem,
+    order: int,
+    *,
+    method: str = "auto",
+    starts: int | None = None,
+    seed: int = 0,
+    warm: Sequence[Any] = (),
+    spring: bool = False,
+    inerter: bool = False,
+    jobs: int = 1,
+    progress: Callable[[str], None] | None = None,
+) -> Design:
+    """The best positive-real admittance of McMillan degree `order` that was found for the device's place.
+
+    See :func:`posreal.synthesis.combination.synthesise` for the parameters, the method and what is raised. The design's
+    ``found`` holds what the iterated SDPs reached alone (``bmi``) and what finishing reached (``ph``), the number of
+    starts and how many of them agreed within 0.1 %, seed and seconds.
+    """
+    options: dict[str, Any] = {} if starts is None else {"starts": starts}
+    result = search(
+        problem,
+        order,
+        method=method,
+        seed=seed,
+        warm=warm,
+        spring=spring,
+        inerter=inerter,
+        jobs=jobs,
+        progress=progress,
+        **options,
+    )
+    reached = {name: result.reached_by(name) for name in ("bmi", "ph")}
+    beside = [name for name, allowed in (("spring", spring), ("inerter", inerter)) if allowed]
+    changed = problem.with_vehicle(result.parameters)
+    return reported(
+        Design(
+            " + ".join([f"order {order}", *beside]),
+            changed,
+            result.device,
+            result.metrics,
+            parameters=dict(result.parameters),
+            found={
+                "method": result.method,
+                **{f"reached_by_{name}": value for name, value in reached.items() if value is not None},
+                "starts": result.starts,
+                "agreed": result.agreeing,
+                "seed": result.seed,
+                "seconds": round(result.seconds, 2),
+                "notes": list(result.notes),
+            },
+        )
+    )
