@@ -46,6 +46,7 @@ class ClosedVehicle:
         self.vehicle, self.devices = vehicle, dict(devices)
         self._closed: dict[str, ClosedPlant] = {}
         self._values: dict[Measurable, Measured] = {}
+        self._speeds: dict[float, ClosedVehicle] = {}
 
     def on(self, load: str) -> ClosedPlant:
         """The closed vehicle on one of its load cases."""
@@ -61,4 +62,8 @@ class ClosedVehicle:
 
     def at(self, speed: float) -> ClosedVehicle:
         """The same devices at another speed, m/s."""
-        return self if speed == self.vehicle.V else ClosedVehicle(self.vehicle.at(speed), self.devices)
+        if speed == self.vehicle.V:
+            return self
+        if speed not in self._speeds:
+            self._speeds[speed] = ClosedVehicle(self.vehicle.at(speed), self.devices)
+        return self._speeds[speed]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ class Damping:
     @cached_property
     def plants(self) -> tuple[Plant, ...]:
         """The vehicle at each speed, ports open."""
-        return tuple(self.vehicle.at(v).plant(self.vehicle.random, opened=self._opened) for v in self.speeds)
+        return tuple(_at(self.vehicle, self._opened, speed) for speed in self.speeds)
 
     @cached_property
     def _open(self) -> Real:
@@ -91,11 +91,14 @@ class Damping:
         """ζ (M,) of the watched modes of all speeds, ∂ζ/∂θ (size, M), and ∂ζ/∂ of each free vehicle parameter (M,)."""
         device = chart.device(theta)
         form = self._secondary(device, values)
-        ratio, pole, u, x, plants = self._modes(form, values)
-        n0, omega = len(self.plants[0].A), self.scale.omega
+        ratio, pole, u, x = self._modes(form, values)
+        plant, omega = self.plants[0], self.scale.omega  # the speed is in A alone
+        n0 = len(plant.A)
         # with an inerter the states' derivatives answer to it: uᴴ(I − b Bf Cv)⁻¹ stands for uᴴ
-        t = np.array([self._answer(plant, form.b, row[:n0]) for plant, row in zip(plants, u, strict=True)])
-        v = np.array([plant.Cv @ row[:n0] for plant, row in zip(plants, x, strict=True)])
+        own = np.zeros(len(plant.groups))
+        own[0] = form.b
+        t = np.linalg.solve(np.eye(len(own)) - (plant.Cv @ plant.Bf).T * own, (u[:, :n0] @ plant.Bf).T).T
+        v = x[:, :n0] @ plant.Cv.T
         inside = slice(n0, n0 + form.order)
         xi = np.vstack([x[:, inside].T, v[None, :, 0]])
         eta = np.vstack([-omega * u[:, inside].T, self.scale.damper * t[None, :, 0]])
@@ -109,9 +112,7 @@ class Damping:
             moves[name] = (t[:, ports] * v[:, ports]).sum(axis=1) * pole**power
         return ratio, by_theta, {name: _ratio_slope(pole, move) for name, move in moves.items()}
 
-    def _modes(
-        self, form: StateSpace, values: Mapping[str, float]
-    ) -> tuple[Real, Complex, Complex, Complex, list[Plant]]:
+    def _modes(self, form: StateSpace, values: Mapping[str, float]) -> tuple[Real, Complex, Complex, Complex]:
         A = self._closed(form, values)
         poles, right = np.linalg.eig(A)
         left = np.linalg.inv(right)  # rows: uᴴ with uᴴx = 1
@@ -119,13 +120,11 @@ class Damping:
         ratio = np.where(poles.imag >= 0, -poles.real / np.where(size > 0, size, 1.0), np.inf)
         order = np.argsort(ratio, axis=1)[:, :LEAST]
         row = np.arange(len(A))[:, None]
-        watched = [self.plants[i] for i in range(len(A)) for _ in range(order.shape[1])]
         return (
             ratio[row, order].ravel(),
             poles[row, order].ravel(),
             left[row, order].reshape(-1, A.shape[1]),
             right.transpose(0, 2, 1)[row, order].reshape(-1, A.shape[1]),
-            watched,
         )
 
     def _closed(self, form: StateSpace, values: Mapping[str, float]) -> Real:
@@ -176,10 +175,11 @@ class Damping:
             value - own[name] for name, value in values.items() if self.vehicle.free[name] == ("secondary", -1)
         )
 
-    def _answer(self, plant: Plant, inertance: float, u: Complex) -> Complex:
-        b = np.zeros(len(plant.groups))
-        b[0] = inertance
-        return np.linalg.solve(np.eye(len(b)) - (plant.Cv @ plant.Bf).T * b, u @ plant.Bf)
+
+@lru_cache(maxsize=1024)
+def _at(vehicle: Vehicle, opened: bool, speed: float) -> Plant:
+    """The vehicle at a speed, its ports open: many devices are tried in it."""
+    return vehicle.at(speed).plant(vehicle.random, opened=opened)
 
 
 def _ratio_slope(pole: Complex, slope: Complex) -> Real:

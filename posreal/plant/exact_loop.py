@@ -26,7 +26,7 @@ from scipy.optimize import minimize_scalar
 
 from posreal.admittance import Rational, exact, roots
 from posreal.errors import Unsettled
-from posreal.plant.modes import Corners
+from posreal.plant.modes import Corners, Modes
 from posreal.plant.plant import Plant, Real, channels
 
 _FIRST, _LAST = 192, 3072  # bits tried
@@ -73,6 +73,42 @@ class Transfer:
     def poles(self) -> list[acb]:
         """The poles as balls, at the precision in force."""
         return [root for root, _ in roots.complex_roots(self.denominator)]
+
+    def modes(self, output: str) -> Modes:
+        """The sum over modes, whose floats have all their digits however far apart the modes are; simple poles.
+
+        Raises
+        ------
+        Unsettled
+            If poles are double.
+        """
+        D, slope = self.denominator, self.denominator.derivative()
+        degree = D.degree()
+        if D.gcd(slope).degree() > 0:
+            raise Unsettled("a double pole has no residue")
+        late: list[float] = []
+        processes, residues, direct = [], [], []
+        with roots.precision(2 * _FIRST):
+            poles = self.poles()
+            below = [roots.value(slope, pole) for pole in poles]
+            for driven in self.numerators:
+                processes.append(tuple(range(len(late), len(late) + len(driven))))
+                for top, delay in driven:
+                    late.append(delay)
+                    direct.append(exact.to_float(top[degree] / D[degree]))
+                    residues.append(
+                        [complex((roots.value(top, p) / b).mid()) for p, b in zip(poles, below, strict=True)]
+                    )
+            floats = [complex(pole.mid()) for pole in poles]
+        return Modes(
+            np.array(floats, dtype=complex),
+            np.array(residues, dtype=complex).reshape(1, len(late), len(floats)),
+            np.array(direct)[None, :],
+            np.array(late),
+            (output,),
+            tuple(processes),
+            self.weights,
+        )
 
     # --- over all frequencies ----------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from posreal.plant.plant import ClosedLoop, Plant, channels
 
 POINTS = 2000  # on the logarithmic grid
 DECADES = (1e-2, 1e2)  # of the middle frequency of the poles
+_SLOW = np.array([1e-2, 1e-4, 1e-6])  # of the lowest frequency otherwise looked at: the gain's limit at 0
 _NEAR = 0.9  # of the largest sample: a local maximum that may be the largest
 
 
@@ -49,7 +50,8 @@ def largest(loop: ClosedLoop, output: str, omega: np.ndarray) -> tuple[float, fl
 
     poles = loop.poles()
     own = np.abs(poles[np.abs(poles) > 0])
-    omega = np.unique(np.concatenate([omega, own, own * 0.999, own * 1.001]))
+    slowest = _SLOW * min(float(omega.min()), float(own.min(initial=np.inf)))
+    omega = np.unique(np.concatenate([omega, own, own * 0.999, own * 1.001, slowest]))
     gain = size(omega)
     best = (float(gain.max()), float(omega[int(np.argmax(gain))]))
     inner = np.concatenate([[-np.inf], gain, [-np.inf]])

@@ -276,6 +276,34 @@ def test_a_gain_that_grows_towards_its_limit():
     assert loop.transfer("z").largest_gain() == (1.0, math.inf)
 
 
+def test_a_gain_that_is_largest_at_rest():
+    """Two masses on springs, one slow overdamped pole: the gain falls from its static value, which no grid point has."""
+    plant = Plant(
+        A=np.array([[0.0, 1.0], [-1.0, 0.0]]), Bw=np.array([[0.0], [1.0]]), Bf=np.array([[0.0], [-1.0]]),
+        Cz=np.array([[1.0, 0.0]]), Dzw=np.zeros((1, 1)), Dzf=np.zeros((1, 1)),
+        Cd=np.array([[1.0, 0.0]]), Cv=np.array([[0.0, 1.0]]),
+        delays=np.zeros(1), outputs=("z",), groups=("secondary",),
+    )  # fmt: skip
+    measured, _ = ClosedPlant(plant, {"secondary": Rational.damper(200)}).largest_gain("z")
+    assert measured.value == pytest.approx(1.0, rel=1e-9)
+
+
+def test_the_instant_of_a_peak_is_found_beside_a_pole_that_takes_all_digits():
+    """A damper of 1e-8 N s/m behind the bush puts a pole at −4e14 rad/s; the peak is that of next to no damper."""
+    vehicle = pr.problem("vertical-comfort").vehicle
+    metric = vehicle.metrics["deflection_front"]
+    problem = pr.problem("vertical-comfort")
+
+    def peak(c: str) -> float:
+        plant = vehicle.plant("slope")
+        return (
+            ClosedPlant(plant, {"secondary": problem.port(device(c))}).peak("deflection_front", metric.corners)[0].value
+        )
+
+    assert 1e3 * peak("c=1.16596e-8") == pytest.approx(29.8750319, rel=1e-8)
+    assert peak("c=1.16596e-8") == pytest.approx(peak("c=1e-3"), rel=1e-6)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_peak_is_that_of_a_finely_stepped_simulation(seed):
     """Every sample by the matrix exponential of state and ramp together, 2 ms apart, to 30 s."""
