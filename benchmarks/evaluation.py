@@ -10,8 +10,8 @@ import numpy as np
 from benchmarks.timing import medians, report
 from posreal import PlanView, Rational
 from posreal.optimisation.mean_square import mean_square
+from posreal.plant.figures import ClosedPlant
 from posreal.specification.named import problem
-from posreal.vehicle import metrics
 from posreal.vehicle.plan_view import lateral_track_filter
 
 
@@ -21,7 +21,7 @@ def main() -> None:
     device = Rational.spring(vehicle.Ksy) | (Rational.damper(2.1e4) + Rational.inerter(1.5e4))
     omega = 0.01 * np.arange(1, 12567)
     s = 1j * omega
-    loop = metrics.lateral_loop(vehicle, device)
+    loop = ClosedPlant(vehicle.random_track(), {"secondary": device}).shaped_loop()
     ride = mean_square(problem("lateral-comfort"))
     paper = vehicle.random_track().responses(omega, "body_acceleration")
     values, coarse = np.asarray(device(s)), np.asarray(device(ride.s))

@@ -263,7 +263,7 @@ def test_realise(posreal):
         (("compare", "quarter-car", "--plot", "/nowhere/x.png"), "/nowhere"),
         (("evaluate", "quarter-car", "c=1e3", "--three-ways", "--objective", "J1 + J3"), "J1 + J3 is none"),
         (("evaluate", "quarter-car", "c=1e3", "--sweep", "ms=1:2:3", "--sweep", "ms=1:2:3"), "swept twice"),
-        (("search", "vertical-comfort", "--elements", "1", "--position", "worst"), "optimise and synthesise take it"),
+        (("search", "vertical-comfort", "--elements", "1", "--limit", "J1=1"), "'J1' cannot be limited"),
         (("optimise", "vertical-comfort", "S1"), "S1 contains the static spring"),
         (("optimise", "vertical-comfort", "S5", "--jobs", "0"), "--jobs 0"),
         (("realise", "default"), "no device by itself"),

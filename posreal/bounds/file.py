@@ -28,9 +28,9 @@ from posreal.errors import BadInput, listed, plain, shown
 from posreal.files import read_json
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, ShapingFilter
-from posreal.specification.named import problem, problems
+from posreal.specification.named import minimising, problem, problems
 from posreal.specification.problem import Problem
-from posreal.vehicle import QuarterCar, parameters
+from posreal.vehicle import parameters
 
 _LARGEST_FILE = 20_000_000  # bytes
 _LARGEST = 1e100  # of a number: products of three are numbers that a float holds
@@ -125,9 +125,7 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
     fields = tuple(parameters(posed.vehicle))
     values = {name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()}
     vehicle = type(posed.vehicle)(**values)
-    if isinstance(vehicle, QuarterCar):  # its objective may be a sum or a gain
-        posed = problem(posed.name, objective=str(table["objective"]))
-    posed = dataclasses.replace(posed, objective=str(table["objective"]), vehicle=vehicle)
+    posed = dataclasses.replace(minimising(posed, str(table["objective"])), vehicle=vehicle)
     if table["weights"] is None:
         return figure(posed), posed, ()
     if not isinstance(table["weights"], dict):

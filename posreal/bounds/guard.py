@@ -24,11 +24,10 @@ from posreal.specification.constraint import ROUNDING
 from posreal.specification.design import Design
 from posreal.specification.goal import Goal
 from posreal.specification.problem import Problem, Vehicle
-from posreal.vehicle import UserPlant
 
 _POINTS = {"quarter-car": (16, 20.0), "side-view": (8, 10.0), "plan-view": (10, 10.0)}
 """Order of the truncated series and its expansion point (rad/s) for a bound that is quick rather than tight."""
-_ORDER, _LARGEST = 8, 16  # order of the series, and states, of a plant of the user's own, whose middle is its point
+_ORDER, _LARGEST = 8, 16  # order of the series, and states, of another vehicle or plant, whose middle is its point
 
 
 def guarded(design: Design) -> Design:
@@ -83,13 +82,13 @@ def _figures(problem: Problem) -> list[tuple[str, Goal | None]]:
 @lru_cache(maxsize=64)
 def _floor(vehicle: Vehicle, metric: str, goal: Goal | None, mounting: Mounting) -> Bound | None:
     """A quick bound on a metric over all devices in this vehicle; None where none is known, or none is quick."""
-    if isinstance(vehicle, UserPlant):
-        plant = vehicle.shaken
+    if vehicle.name in _POINTS:
+        order, place = _POINTS[vehicle.name]
+    else:
+        plant = vehicle.plant(vehicle.random)
         if len(plant.A) > _LARGEST or len(plant.groups) > 1 or metric.startswith("gain_"):
             return None
         order, place = _ORDER, hinf_norm.middle(plant)
-    else:
-        order, place = _POINTS[vehicle.name]
     try:
         about = figure(Problem("guard", "", vehicle, metric, goal=goal))
         return bound(replace(about, mounting=mounting), L=order, omega0=place)

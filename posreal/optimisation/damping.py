@@ -52,7 +52,7 @@ class Damping:
 
     Attributes
     ----------
-    vehicle : PlanView
+    vehicle : Vehicle
     scale : Scale
     free : tuple of str
         Which of Ksy, Kpy and Cpy are unknowns too.

@@ -16,6 +16,8 @@ import numpy as np
 
 from posreal.admittance.state_space import StateSpace, state_space
 from posreal.network import Network
+from posreal.network.fraction import form_of, matrices
+from posreal.network.topologies import Form
 from posreal.specification.layout import Layout
 from posreal.specification.problem import Problem
 
@@ -29,6 +31,7 @@ class Strut:
 
     network: Network
     values: tuple[float, ...]
+    form: Form | None = None
 
     def __call__(self, s: Complex) -> Complex:
         """Y at the points s (N,)."""
@@ -36,6 +39,8 @@ class Strut:
 
     @cached_property
     def _state_space(self) -> StateSpace:
+        if self.form is not None:
+            return matrices(self.form, self.values)
         named = dict(zip(self.network.names, self.values, strict=True))
         return state_space(self.network.with_values(named).admittance())
 
@@ -57,6 +62,7 @@ class ElementValues:
         free = layout.free_elements(problem)
         self.names = tuple(free)
         self._network = layout.network
+        self._form = form_of(layout.network)
         self._settled: Mapping[str, float] = layout.settled_values(problem)
         limits = np.log(np.array(list(free.values()), dtype=float).reshape(-1, 2))
         self.lower, self.upper = limits[:, 0], limits[:, 1]
@@ -72,7 +78,7 @@ class ElementValues:
         """A strut of another operating point, here."""
         values = dict(zip(self._network.names, strut.values, strict=True))
         values |= {name: value for name, value in self._settled.items() if name not in self.names}
-        return Strut(self._network, tuple(values[name] for name in self._network.names))
+        return Strut(self._network, tuple(values[name] for name in self._network.names), self._form)
 
     @property
     def size(self) -> int:
@@ -92,7 +98,7 @@ class ElementValues:
     def device(self, theta: Real) -> Strut:
         """The strut at `theta`."""
         values = self.values(theta)
-        return Strut(self._network, tuple(values[name] for name in self._network.names))
+        return Strut(self._network, tuple(values[name] for name in self._network.names), self._form)
 
     def values_and_slopes(self, theta: Real, s: Complex) -> tuple[Complex, Complex]:
         """Y (N,) and ∂Y/∂θ (size, N) at the points s (N,)."""

@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -50,7 +50,14 @@ class Slopes:
 
 
 class Figure(Protocol):
-    """One or more numbers that depend on the device and on the free vehicle parameters."""
+    """One or more numbers that depend on the device and on the free vehicle parameters.
+
+    `resolution` is the relative change in which two values can be told apart: an optimiser asked for less goes on
+    for ever.
+    """
+
+    @property
+    def resolution(self) -> float: ...
 
     def slopes(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
         """The numbers and their slopes at a point of a chart."""
@@ -241,6 +248,7 @@ class PortFigure:
     port: PortResponses
     functional: Functional
     gain: float = 1.0
+    resolution: ClassVar[float] = 1e-11
 
     @property
     def s(self) -> Complex:
@@ -283,6 +291,7 @@ class PeakGain:
     scale: Scale
     output: str
     omega: Real
+    resolution: ClassVar[float] = 1e-8
 
     @cached_property
     def _everywhere(self) -> PortFigure:
@@ -331,6 +340,11 @@ class Sum:
     """Σ weight · (each part's largest number but for the first part, whose numbers all count)."""
 
     parts: tuple[tuple[float, Figure], ...] = field(default=())
+
+    @property
+    def resolution(self) -> float:
+        """That of its coarsest part."""
+        return max(part.resolution for _, part in self.parts)
 
     def values(self, device: Callable[[Complex], Any], parameters: Mapping[str, float]) -> Real:
         """The numbers for a scaled device."""

@@ -57,6 +57,24 @@ class AtMost:
 
 
 @dataclass(frozen=True)
+class AtLeast:
+    """A figure not below its limit, which is above 0."""
+
+    metric: str
+    figure: Figure
+    limit: float
+
+    def margins(self, chart: Coordinates, theta: Real, parameters: Mapping[str, float]) -> Slopes:
+        """F/limit − 1."""
+        found = self.figure.slopes(chart, theta, parameters)
+        return Slopes(
+            found.values / self.limit - 1 - INSIDE,
+            found.by_theta / self.limit,
+            {name: slope / self.limit for name, slope in found.by.items()},
+        )
+
+
+@dataclass(frozen=True)
 class Damped:
     """Every watched mode with at least a damping ratio, and `spare` of it, relative, more."""
 
@@ -72,6 +90,7 @@ class Damped:
         return Slopes(spare / UNIT, by_theta / UNIT, {name: slope / UNIT for name, slope in by.items()})
 
 
+@np.errstate(all="ignore")
 def finish_constrained(
     objective: Sequence[Figure],
     requirements: Sequence[Requirement],
@@ -137,6 +156,8 @@ def finish_constrained(
         return memory["margins"]
 
     x0 = np.concatenate([start, np.zeros(count)])
+    if not np.all(np.isfinite(figures(x0)[0])):  # undamped to the last digit, say
+        return []
     many = len(figures(x0)[0]) > 1
     if many:
         x0 = np.append(x0, figures(x0)[0].max())
@@ -171,21 +192,20 @@ def finish_constrained(
         ),
     ]
     bounds += [(None, None)] * many
-    with np.errstate(all="ignore"):
-        try:
-            found = minimize(
-                target,
-                x0,
-                jac=True,
-                method="SLSQP",
-                bounds=bounds,
-                constraints={"type": "ineq", "fun": lambda x: slack(x)[0], "jac": lambda x: slack(x)[1]}
-                if requirements or many
-                else (),
-                callback=after,
-                options={"maxiter": iterations, "ftol": tolerance},
-            ).x
-        except (np.linalg.LinAlgError, ValueError):  # an iterate ran off to infinity
-            found = x0
+    try:
+        found = minimize(
+            target,
+            x0,
+            jac=True,
+            method="SLSQP",
+            bounds=bounds,
+            constraints={"type": "ineq", "fun": lambda x: slack(x)[0], "jac": lambda x: slack(x)[1]}
+            if requirements or many
+            else (),
+            callback=after,
+            options={"maxiter": iterations, "ftol": tolerance},
+        ).x
+    except (np.linalg.LinAlgError, ValueError):  # an iterate ran off to infinity
+        found = x0
     last = [np.asarray(found)] if np.all(np.isfinite(found)) else []
     return [(x[:size], at(x)) for x in [*last, *(x for _, x in kept)]]

@@ -118,6 +118,11 @@ def narrow(found: Modes) -> bool:
     return any(sigma < NARROW * omega for omega, sigma in found)
 
 
+def has_light_modes(problem: Problem) -> bool:
+    """Whether the open plant's own modes are so light that a coarse grid may not see the closed one's."""
+    return problem.place.carried == 0 and hinf_norm.least_damping(problem.plant) < NARROW
+
+
 def beside(found: Modes) -> np.ndarray:
     """Frequencies at which modes are seen: ω ± σ 3ᵏ, to half of ω."""
     return np.unique(
@@ -185,6 +190,8 @@ def _mean_square(
     first = norms[0]
     there = vehicle if first.speed is None else vehicle.at(first.speed)
     plant = there.plant(first.load, opened=primary_open)
+    if vehicle.places["secondary"].carried == 0:  # a structure, whose own light modes a device may leave light
+        panels = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
     rule = graded(search_rule(plant, first, panels), light)
     port = plant.responses(rule.omega, *(norm.output for norm in norms))
     units = [weight * norm.factor(vehicle) for (_, weight), norm in zip(parts, norms, strict=True)]
@@ -220,6 +227,5 @@ def search_rule(plant: Plant, norm: Norm, panels: int) -> quadrature.Quadrature:
     latest = float(plant.delays.max())
     if not math.isinf(norm.stop):
         return quadrature.gauss(latest, start=norm.start, stop=norm.stop, per_decade=panels)
-    fine = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
     middle = hinf_norm.middle(plant)
-    return quadrature.whole_line(middle, longest_delay=latest, ripple=_RIPPLE * middle, per_decade=fine)
+    return quadrature.whole_line(middle, longest_delay=latest, ripple=_RIPPLE * middle, per_decade=panels)

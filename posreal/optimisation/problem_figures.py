@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class AtTheEnds:
     scale: Scale
     beside: float
     inertance: bool
+    resolution: ClassVar[float] = 1e-11
     springs: Mapping[str, float] = field(default_factory=dict)  # the vehicle's own values of free ones beside it
 
     def _own(self, device: Any, parameters: Mapping[str, float]) -> float:
@@ -73,6 +74,7 @@ class AtTheEndsOfAStrut:
 
     beside: float
     inertance: bool
+    resolution: ClassVar[float] = 1e-11
 
     @property
     def _s(self) -> Real:
@@ -91,8 +93,13 @@ class AtTheEndsOfAStrut:
         )
 
 
-def figure_of(problem: Problem, name: str, scale: Scale, light: Modes = ()) -> Figure:
-    """The figure of a metric, in the metric's unit, on a grid that sees the modes `light` of the closed loop.
+def is_smooth_metric(metric: Metric) -> bool:
+    """Whether searches have a smooth figure of a metric, to minimise or to limit: all but a least damping ratio."""
+    return metric.norm() is not None or isinstance(metric, PeakInTime | StaticStiffness | Inertance | WeightedSum)
+
+
+def figure_of(problem: Problem, name: str, scale: Scale, light: Modes = (), panels: int = 12) -> Figure:
+    """The figure of a metric, in the metric's unit, on a grid of so many panels a decade that sees the modes `light`.
 
     Raises
     ------
@@ -103,30 +110,30 @@ def figure_of(problem: Problem, name: str, scale: Scale, light: Modes = ()) -> F
     if isinstance(metric, StaticStiffness | Inertance):
         return _at_the_ends(problem, name, scale, inertance=isinstance(metric, Inertance))
     if isinstance(metric, WeightedSum):
-        return Sum(tuple((weight, _figure_of(problem, part, scale, light)) for weight, part in metric.parts))
-    return _figure(problem, name, scale, light)
+        return Sum(tuple((weight, _figure_of(problem, part, scale, light, panels)) for weight, part in metric.parts))
+    return _figure(problem, name, scale, light, panels)
 
 
-def objective_figures(problem: Problem, scale: Scale, light: Modes = ()) -> tuple[Figure, ...]:
+def objective_figures(problem: Problem, scale: Scale, light: Modes = (), panels: int = 12) -> tuple[Figure, ...]:
     """The figures of the objective: it is the largest of all their numbers."""
     found: list[Figure] = []
     for point in (problem, *problem.at_points.values()):
         if point.goal is None or point.goal.kind == "norm":
-            found.append(figure_of(point, problem.base_objective, scale, light))
+            found.append(figure_of(point, problem.base_objective, scale, light, panels))
         else:
-            parts = [(weight, _figure(point, name, scale, light)) for name, weight in point.goal.parts]
+            parts = [(weight, _figure(point, name, scale, light, panels)) for name, weight in point.goal.parts]
             found += [Sum(tuple(parts))] if point.goal.kind == "sum" else [Sum((part,)) for part in parts]
     return tuple(found)
 
 
-def _figure(problem: Problem, name: str, scale: Scale, light: Modes = ()) -> PortFigure | PeakGain:
+def _figure(problem: Problem, name: str, scale: Scale, light: Modes, panels: int) -> PortFigure | PeakGain:
     metric = problem.vehicle.metrics.get(name)
     if metric is not None:
-        return _figure_of(problem, metric, scale, light)
-    return _mean_square(problem, name, scale, light)  # the norm of several
+        return _figure_of(problem, metric, scale, light, panels)
+    return _mean_square(problem, name, scale, light, panels)  # the norm of several
 
 
-def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes) -> PortFigure | PeakGain:
+def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes, panels: int) -> PortFigure | PeakGain:
     vehicle = problem.vehicle
     if isinstance(metric, PeakInTime):
         line = laplace_line(SECONDS, metric.corners, metric.factor)
@@ -138,13 +145,13 @@ def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes) -> 
         omega = np.unique(np.concatenate([hinf_norm.grid(problem.plant), ends, beside(light)]))
         return PeakGain(problem, scale, norm.output, omega)
     name = next((name for name, one in vehicle.metrics.items() if one == metric), problem.base_objective)
-    return _mean_square(problem, name, scale, light)
+    return _mean_square(problem, name, scale, light, panels)
 
 
-def _mean_square(problem: Problem, name: str, scale: Scale, light: Modes) -> PortFigure:
+def _mean_square(problem: Problem, name: str, scale: Scale, light: Modes, panels: int) -> PortFigure:
     goal = problem.goal if name == problem.base_objective else None
     posed = replace(problem, objective=name, goal=goal, points=())
-    J = mean_square(posed, primary_open=opened(problem), light=light)
+    J = mean_square(posed, primary_open=opened(problem), panels=panels, light=light)
     return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.weight))
 
 

@@ -28,24 +28,6 @@ _UNSEEN = 1e-7  # of the largest mode: what cannot move a peak's digits
 _SETTLED = 1e-9  # of a peak
 
 
-def corner_response(loop: ClosedLoop, output: str, corners: Corners, time: Real) -> Real:
-    """Response to an input made of ramps, exact at every instant of `time`.
-
-    Parameters
-    ----------
-    loop : ClosedLoop
-    output : str
-    corners : sequence of (instant, change of slope)
-        w(t) = Σ change · max(0, t − instant): a ramp from 0 to 1 in 3 s is ``[(0, 1/3), (3, −1/3)]``.
-    time : (N,) seconds
-
-    Returns
-    -------
-    (N,) response of the output, from rest, all channels with their delays.
-    """
-    return modes(loop).ramp(time, corners, output)
-
-
 def peak(of: Modes, output: str, corners: Corners) -> tuple[float, float]:
     """The largest |z(t)| of the first day and its instant, infinite where it is a limit that is never reached.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from posreal.errors import BadInput, hint, listed, shown
+from posreal.metric import PeakInTime
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
@@ -94,9 +95,9 @@ def problem(
     position : {"L", "M", "T", "worst"}, optional
         Where ride is measured in ``vertical-comfort`` (T by default); ``worst`` minimises the worst of the three.
     objective : str, optional
-        What is minimised in ``quarter-car`` (J1 by default): ``J1``, ``J3``, ``gain_acceleration`` or
-        ``gain_tyre_force`` (the H∞ norm from road velocity), or a weighted sum such as ``J1 + 0.001*J3``; in
-        ``vertical-comfort``: ``whole-band``, the ride over all frequencies instead of up to 20 Hz.
+        What is minimised, a metric of the vehicle or a weighted sum of some: in ``quarter-car`` ``J1``, ``J3``,
+        ``gain_acceleration`` or ``gain_tyre_force`` (the H∞ norm from road velocity), or ``J1 + 0.001*J3``; in
+        ``vertical-comfort`` ``whole-band``, the ride over all frequencies instead of up to 20 Hz.
     stiffness : float, optional
         Static stiffness of ``quarter-car``, N/m.
     vehicle_file : path, optional
@@ -119,24 +120,26 @@ def problem(
         raise BadInput(f"unknown problem {shown(name)}; {hint(name, _PROBLEMS)}")
     chosen = _PROBLEMS[name]
     if position is not None:
-        if not isinstance(chosen.vehicle, SideView) or position not in ("L", "M", "T", "worst"):
+        rides = {point: f"J1z_{point}" for point in "LMT"}
+        fits = set(rides.values()) <= set(chosen.vehicle.metrics)
+        if not fits or position not in (*rides, "worst"):
             raise BadInput(
                 f"position {shown(position)} does not fit {name}; vertical-comfort takes L, M or T, or worst"
             )
         if position == "worst":
-            goal = Goal("worst", tuple((f"J1z_{point}", 1.0) for point in "LMT"))
+            goal = Goal("worst", tuple((name, 1.0) for name in rides.values()))
             chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
         else:
-            chosen = dataclasses.replace(chosen, objective=f"J1z_{position}")
+            chosen = dataclasses.replace(chosen, objective=rides[position])
     if objective is not None:
-        chosen = _minimising(chosen, objective)
+        chosen = minimising(chosen, objective)
     model: Vehicle = chosen.vehicle
     if vehicle_file is not None:
         model = from_file(model, vehicle_file, model.name, tuple(kind.name for kind in VEHICLES))
     if vehicle:
         model = override(model, vehicle)
     if stiffness is not None:
-        if not isinstance(model, QuarterCar):
+        if "k" not in parameters(model):
             raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
         model = override(model, {"k": stiffness}, where="stiffness")
     chosen = dataclasses.replace(chosen, vehicle=model)
@@ -145,29 +148,31 @@ def problem(
     return over_points(chosen, worst_case) if worst_case else chosen
 
 
-def _minimising(chosen: Problem, objective: str) -> Problem:
-    """The problem with another objective, a metric or a weighted sum."""
-    if isinstance(chosen.vehicle, SideView):
-        if objective != "whole-band" or chosen.goal is not None:
-            raise BadInput(
-                f"objective {shown(objective)} does not fit {chosen.name} here; it takes whole-band, the ride without "
-                "its end at 20 Hz, at one of the positions L, M and T"
-            )
-        return dataclasses.replace(chosen, objective=f"{chosen.objective}_whole")
-    if not isinstance(chosen.vehicle, QuarterCar):
-        raise BadInput(
-            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car and vertical-comfort take one"
-        )
-    known = ("J1", "J3", "gain_acceleration", "gain_tyre_force")
+def minimising(problem: Problem, objective: str) -> Problem:
+    """The problem with another objective: a metric of the vehicle, or a weighted sum such as ``J1 + 0.001*J3``.
+
+    ``whole-band`` is the twin of a ride to 20 Hz that does not end there.
+
+    Raises
+    ------
+    BadInput
+        Naming what the vehicle has.
+    """
+    metrics = problem.vehicle.metrics
+    known = [name for name, one in metrics.items() if one.norm() is not None or isinstance(one, PeakInTime)]
+    whole = f"{problem.objective}_whole"
+    if objective == "whole-band" and whole in metrics:
+        return dataclasses.replace(problem, objective=whole, goal=None)
     if objective in known:
-        return dataclasses.replace(chosen, objective=objective)
+        return dataclasses.replace(problem, objective=objective, goal=None)
     goal = weighted_sum(objective) if "+" in objective else None
     if goal is None or not all(part in known for part, _ in goal.parts):
+        also = "whole-band, " if whole in metrics else ""
         raise BadInput(
-            f"objective {shown(objective)} does not fit {chosen.name}; quarter-car takes J1 or J3, gain_acceleration "
-            "or gain_tyre_force, or a weighted sum such as J1 + 0.001*J3"
+            f"objective {shown(objective)} does not fit {problem.name}; it takes {also}{listed(known)}, or a weighted "
+            f"sum such as {known[0]} + 0.001*{known[-1]}"
         )
-    return dataclasses.replace(chosen, objective=goal.name, goal=goal)
+    return dataclasses.replace(problem, objective=goal.name, goal=goal)
 
 
 def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:

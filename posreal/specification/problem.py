@@ -86,12 +86,12 @@ class Problem:
             return self
         return dataclasses.replace(self, vehicle=self.reference, reference=None)
 
-    @property
+    @cached_property
     def place(self) -> Place:
         """Where the device goes."""
         return self.vehicle.places["secondary"]
 
-    @property
+    @cached_property
     def mounting(self) -> Mounting:
         """What the port holds besides the device."""
         return self.place.around
@@ -101,7 +101,7 @@ class Problem:
         """Elements of a layout that stand for a part of the vehicle: role → vehicle parameter."""
         return self.place.roles
 
-    @property
+    @cached_property
     def layout_mounting(self) -> Mounting:
         """The mounting of a layout, which brings its own static spring or bush: only an airspring stays beside."""
         return Mounting(self.place.beside_strut, None)
@@ -182,6 +182,11 @@ class Problem:
         return found
 
     @property
+    def without_limits(self) -> Problem:
+        """The problem with its own constraints only."""
+        return dataclasses.replace(self, at_most={}) if self.at_most else self
+
+    @cached_property
     def plant(self) -> Plant:
         """The vehicle on its random track or road, cut open at the device."""
         return self.vehicle.plant(self.vehicle.random)

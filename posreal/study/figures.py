@@ -11,25 +11,25 @@ import numpy as np
 
 from posreal.errors import BadInput
 from posreal.files import require_folder
+from posreal.metric import ClosedVehicle, PeakInTime
+from posreal.metric.damping_ratio import poles, ratios
 from posreal.specification.design import Design
 from posreal.study.drawing import save, sheet
 from posreal.study.reproduce import Reproduction
-from posreal.vehicle import PlanView, SideView, measure
-from posreal.vehicle import metrics as figures_of
+from posreal.vehicle import measure, parameters
 
 _STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
 
-def _plan(design: Design) -> PlanView:
-    vehicle = design.problem.vehicle
-    assert isinstance(vehicle, PlanView)
-    return vehicle
+def _closed(design: Design) -> ClosedVehicle:
+    return ClosedVehicle(design.problem.vehicle, {"secondary": design.port})
 
 
-def _side(design: Design) -> SideView:
-    vehicle = design.problem.vehicle
-    assert isinstance(vehicle, SideView)
-    return vehicle
+def _in_time(design: Design, metric: str, time: np.ndarray) -> np.ndarray:
+    """The response whose peak a metric is, in the metric's unit."""
+    peak = design.problem.vehicle.metrics[metric]
+    assert isinstance(peak, PeakInTime)
+    return peak.factor * _closed(design).on(peak.load).modes.ramp(time, peak.corners, peak.output)
 
 
 def _lateral_label(design: Design) -> str:
@@ -41,12 +41,12 @@ def _lateral_label(design: Design) -> str:
 def figure3(reproduction: Reproduction) -> Any:
     """(a) J1y and (b) least damping ratio against speed, for the schemes of Table 2."""
     figure, (left, right) = sheet(11, 4.2, 2)
-    speeds = figures_of.SPEEDS
     for row, style in zip(reproduction.tables[2], _STYLES, strict=False):
-        design, vehicle = row.optimum, _plan(row.optimum)
-        rms = [figures_of.lateral_rms(vehicle.at(v), design.port, paper=False) for v in speeds]
-        poles = figures_of.lateral_poles(vehicle, design.port, speeds)
-        least = 100 * np.min(-poles.real / np.abs(poles), axis=1)
+        design, closed = row.optimum, _closed(row.optimum)
+        metrics: Any = design.problem.vehicle.metrics
+        speeds = metrics["Ldmp"].speeds
+        rms = [metrics["J1y"].estimate(closed.at(v)) for v in speeds]
+        least = 100 * ratios(poles(closed, metrics["Ldmp"].load, speeds)).min(axis=1)
         left.plot(speeds, rms, linestyle=style, label=_lateral_label(design))
         right.plot(speeds, least, linestyle=style, label=_lateral_label(design))
     left.set(xlabel="speed V [m/s]", ylabel="J1y [m/s²]", title="(a) r.m.s. lateral acceleration")
@@ -66,7 +66,7 @@ def figure4(reproduction: Reproduction) -> Any:
     time = np.linspace(0, 8, 1601)
     for row, style in zip(reproduction.tables[3], _STYLES, strict=False):
         design = row.optimum
-        yv = 1e3 * figures_of.curve_response(_plan(design), design.port, time)
+        yv = _in_time(design, "max_yv", time)
         axis.plot(time, yv, linestyle=style, label=f"{_lateral_label(design)}: {np.abs(yv).max():.1f} mm")
     axis.set(xlabel="time [s]", ylabel="yv [mm]", title="body displacement entering the curve, V = 55 m/s")
     axis.legend(fontsize=8)
@@ -83,7 +83,7 @@ def _vertical(reproduction: Reproduction) -> list[tuple[str, Design]]:
 def _densities(axis: Any, reproduction: Reproduction, position: str) -> None:
     hertz = np.geomspace(0.2, 20, 1200)
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
-        density = figures_of.vertical_psd(_side(design), design.port, position, 2 * np.pi * hertz)
+        density = _closed(design).on("track").density(f"acceleration_{position}", 2 * np.pi * hertz)
         axis.loglog(hertz, 2 * np.pi * density, linestyle=style, label=label)
     axis.set(xlabel="frequency [Hz]", ylabel="density [(m/s²)²/Hz]", ylim=(1e-7, None))
 
@@ -110,7 +110,7 @@ def figure8(reproduction: Reproduction) -> Any:
 def figure9(reproduction: Reproduction) -> Any:
     """J1z at L, M and T against the airspring's damping Crz, element values kept."""
     figure, axes = sheet(12, 4.2, 3)
-    nominal = _side(reproduction.tables[6][0].optimum).Crz
+    nominal = float(parameters(reproduction.tables[6][0].optimum.problem.vehicle)["Crz"])
     dampings = np.linspace(0.25, 2.0, 29) * nominal
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
         ride: dict[str, list[float]] = {"L": [], "M": [], "T": []}
@@ -135,7 +135,7 @@ def figure10(reproduction: Reproduction) -> Any:
     time = np.linspace(0, 5, 1001)
     for (label, design), style in zip(_vertical(reproduction), _STYLES, strict=False):
         for axis, end in zip(axes, ("front", "rear"), strict=True):
-            deflection = 1e3 * figures_of.slope_deflection(_side(design), design.port, end, time)
+            deflection = _in_time(design, f"deflection_{end}", time)
             axis.plot(time, deflection, linestyle=style, label=f"{label}: {np.abs(deflection).max():.1f} mm")
     for axis, end in zip(axes, ("front", "rear"), strict=True):
         axis.set(xlabel="time [s]", ylabel="deflection [mm]", title=f"{end} secondary suspension, onto a slope")

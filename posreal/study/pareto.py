@@ -16,7 +16,6 @@ from posreal.network.diagram import diagram
 from posreal.optimisation.layout_values import optimise
 from posreal.specification.design import Design
 from posreal.specification.layout import layout, layouts
-from posreal.specification.restrict import unrestricted
 from posreal.study.drawing import save, sheet
 from posreal.study.strut import mounted, terminals
 from posreal.synthesis.synthesise import synthesise
@@ -110,7 +109,7 @@ class Pareto:
         notes += [
             f"{design.label} ({_count(_bought(design))}): {design.objective.value:#.5g}." for design in self.layouts
         ]
-        if (self.layouts or self.syntheses) and unrestricted(search.problem) is not search.problem:
+        if (self.layouts or self.syntheses) and search.problem.without_limits is not search.problem:
             notes.append("Layouts and synthesised devices are the best without the limits given.")
         if self.bound is not None:
             notes.append(f"No passive device is better than {self.bound:#.5g}.")
@@ -246,7 +245,7 @@ def pareto(
         If the search found nothing.
     """
     search.require_any()
-    problem = unrestricted(search.problem)
+    problem = search.problem.without_limits
     fitting = [entry for entry in layouts() if entry.fits(problem)]
     optima = []
     for entry in fitting:

@@ -22,8 +22,8 @@ from posreal.network.removal import removed
 from posreal.optimisation.layout_values import improve, promise
 from posreal.specification.design import Design
 from posreal.specification.layout import ElementRule, Layout
+from posreal.specification.mounted import BUSH, STATIC, mounted
 from posreal.specification.problem import Problem
-from posreal.study.mounted import BUSH, STATIC, mounted
 
 PRUNE = 5e-4  # of the objective
 WIDE = 2  # networks of each size that go on

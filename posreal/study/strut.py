@@ -9,8 +9,8 @@ from posreal.network import Network
 from posreal.realisation import Realisation, realise
 from posreal.realisation.proof import require_proof
 from posreal.specification.design import Design
+from posreal.specification.mounted import mounted
 from posreal.specification.problem import Problem
-from posreal.study.mounted import mounted
 from posreal.study.prune import PRUNE, pruned
 
 PRINTED = 1e-6  # relative difference of figures that shows

@@ -22,8 +22,9 @@ from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.topology.degenerate import limits
 from posreal.topology.equivalent import fitted, sample
+from posreal.topology.found import NO_GAIN, Found, Settings, generator
 from posreal.topology.result import FrontPoint, RunnerUp, Tally
-from posreal.topology.values import NO_GAIN, Found, Settings, coarse, generator
+from posreal.topology.values import scale
 
 BETTER = 1e-5  # relative gain that counts: less than this is the optimiser's, not the network's
 SAME = 1e-5  # relative difference of optima that may be the same
@@ -144,8 +145,8 @@ def _with_company(
 ) -> FrontPoint:
     """A point of the front with its equivalents and runners-up."""
     near = {one.form} | {other.form for other in after if other.objective <= one.objective * (1 + SAME)}
-    scale = coarse(problem).scale
-    points = sample(scale)
+    unit = scale(problem)
+    points = sample(unit)
     assert design.network is not None
     target = np.asarray(design.network(points))
     equivalent: list[Network] = []
@@ -153,7 +154,7 @@ def _with_company(
     for form in everything:
         if form == one.form or classed[form] not in near:
             continue
-        values = fitted(form, target, points, scale, generator(settings.seed, form))
+        values = fitted(form, target, points, unit, generator(settings.seed, form))
         if values is not None and _within(form, values, settings):
             equivalent.append(valued(form, values))
             same.add(form)

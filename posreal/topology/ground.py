@@ -17,7 +17,6 @@ which the ride figure then lies, and a spring has c₀ω₀ for its unit, a damp
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -58,8 +57,6 @@ class Ground:
         Whether the lowest frequencies, which carry nothing of the figure, are left out.
     light : Modes
         Of the closed loop, which the grid has to see.
-    metric : str, optional
-        One of :func:`mean_square_metrics`; by default the objective (the ride figure where that is a peak).
     """
 
     def __init__(
@@ -69,13 +66,12 @@ class Ground:
         *,
         trimmed: bool = False,
         light: Modes = (),
-        metric: str | None = None,
     ) -> None:
         self.problem, self.panels, self.light = problem, panels, light
-        self.metric, self.vehicle_names = metric, tuple(problem.free)
+        self.vehicle_names = tuple(problem.free)
         self._tied = problem.roles.get("static spring") if problem.free else None
         self.primary_open = any(name != self._tied for name in self.vehicle_names)
-        figure = _figure(problem, metric, self.primary_open, panels, light)
+        figure = mean_square(problem, primary_open=self.primary_open, panels=panels, light=light)
         port = figure.port
         keep = slice(_negligible(figure) if trimmed else 0, None)
         self._weight = figure.scale * figure.weight[keep]
@@ -99,7 +95,7 @@ class Ground:
         count, values = len(letters(form)), np.exp(theta).tolist()
         tuned = self.problem.with_vehicle(dict(zip(self.vehicle_names, values[count:], strict=True)))
         port = tuned.port(valued(form, values[:count]).admittance())
-        return Ground(self.problem, self.panels, light=modes(tuned, port), metric=self.metric)
+        return Ground(self.problem, self.panels, light=modes(tuned, port))
 
     def value_and_gradient(self, form: Form, theta: Array) -> tuple[Array, Array]:
         """J (B,) and ∂J/∂θ (B, n) at θ (B, n): elements in the form's order, then `vehicle_names`."""
@@ -179,17 +175,6 @@ class Ground:
         share = self._weight * np.abs(self.response("c", best)[0]) ** 2
         omega0 = float(np.exp(share @ np.log(self.grid.s.imag) / share.sum()))
         return Scale(math.exp(float(best[0, 0])), omega0)
-
-
-def mean_square_metrics(problem: Problem) -> tuple[str, ...]:
-    """The metrics of a problem's vehicle that are always shown and are mean squares over frequency."""
-    norms = {name: problem.vehicle.metrics[name].norm() for name in problem.vehicle.headline}
-    return tuple(name for name, norm in norms.items() if norm is not None and norm.kind == "H2")
-
-
-def _figure(problem: Problem, metric: str | None, primary_open: bool, panels: int, light: Modes) -> MeanSquare:
-    posed = dataclasses.replace(problem, objective=metric or problem.objective)
-    return mean_square(posed, primary_open=primary_open, panels=panels, light=light)
 
 
 def _negligible(ride: MeanSquare) -> int:

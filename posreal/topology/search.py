@@ -20,22 +20,23 @@ from typing import Any
 
 import numpy as np
 
-from posreal.errors import BadInput, plain, shown
+from posreal.errors import BadInput, plain
 from posreal.network.topologies import Form, key, letters, topologies
 from posreal.numerics.parallel import Workers, workers
 from posreal.numerics.threads import one_thread
+from posreal.specification.named import limited
 from posreal.specification.problem import Problem
-from posreal.specification.restrict import restricted
 from posreal.topology.checkpoint import Checkpoint, fingerprint, number
-from posreal.topology.constrained import require_smooth
+from posreal.topology.constrained import require_figures
 from posreal.topology.degenerate import limits as limits_of
 from posreal.topology.degenerate import start
 from posreal.topology.equivalence import classes
+from posreal.topology.found import Found, Settings
 from posreal.topology.front import front, least_of_limits, ranked, tally
 from posreal.topology.options import checked_at_most, checked_bounds
 from posreal.topology.result import Search
 from posreal.topology.tradeoff import require_metric, tradeoff
-from posreal.topology.values import Found, Settings, best_values, coarse, is_smooth
+from posreal.topology.values import best_values, is_smooth, scale
 from posreal.vehicle import parameters
 
 LARGEST = 7  # elements: 11,700 trees, of which there are five times as many with each element more
@@ -109,13 +110,13 @@ def search(
     if isinstance(elements, bool) or not isinstance(elements, int) or not 1 <= elements <= LARGEST:
         raise BadInput(f"{elements!r} elements cannot be searched; give a number from 1 to {LARGEST}")
     counts = checked_at_most(at_most)
-    posed = restricted(problem, _checked_limits(limits)) if limits else problem
+    posed = limited(problem, limits) if limits else problem
     if starts is None:
         starts = STARTS if is_smooth(posed) else STARTS_CONSTRAINED
     if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
         raise BadInput(f"{starts!r} starts: give a number from 1 to 1000")
     settings = Settings(starts, seed, checked_bounds(bounds))
-    require_smooth(posed)
+    require_figures(posed)
     if metric is not None:
         require_metric(posed, metric)
     classed = _classes(elements, bool(settings.bounds))
@@ -194,7 +195,7 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
         return [[float(default(1.0).real), *(float(getattr(original.vehicle, name)) for name in problem.free)]]
     here = [(found[limit.form], limit) for limit in limits_of(form) if limit.form in found]
     near = sorted((pair for pair in here if pair[0].feasible), key=lambda pair: pair[0].objective)[:_WARM]
-    units = coarse(problem).scale.units(letters(form))
+    units = scale(problem).units(letters(form))
     made = []
     for smaller, limit in near:
         count = len(letters(limit.form))
@@ -202,13 +203,6 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
         values = start(limit, smaller.values[:count], float(lost), units.tolist())
         made.append([*values, *smaller.values[count:]])
     return made
-
-
-def _checked_limits(limits: Mapping[str, float]) -> dict[str, float]:
-    for name, value in limits.items():
-        if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
-            raise BadInput(f"the limit of {name} is {shown(value)}; give a number above 0")
-    return dict(limits)
 
 
 def _header(problem: Problem, settings: Settings) -> dict[str, Any]:

@@ -16,12 +16,13 @@ from posreal.errors import BadInput, listed, shown
 from posreal.network.topologies import Form
 from posreal.numerics.parallel import Workers
 from posreal.optimisation.caveats import reported
+from posreal.optimisation.problem_figures import is_smooth_metric
+from posreal.specification.named import limited
 from posreal.specification.problem import Problem
-from posreal.specification.restrict import restricted
+from posreal.topology.found import Found, Settings
 from posreal.topology.front import designed, ranked
-from posreal.topology.ground import mean_square_metrics
 from posreal.topology.result import FrontPoint
-from posreal.topology.values import Found, Settings, best_values
+from posreal.topology.values import best_values
 
 CANDIDATES = 6  # networks of each size, best in the objective
 CUTS = (0.02, 0.05, 0.1, 0.2, 0.3)  # of the metric at the best objective
@@ -30,7 +31,8 @@ _STARTS = 2  # random ones, besides the optima in J and in M, between which a de
 
 def require_metric(problem: Problem, metric: str) -> None:
     """Refuse a second metric of which there is no smooth figure."""
-    accepted = [name for name in mean_square_metrics(problem) if name != problem.objective]
+    known = {name: problem.vehicle.metrics[name] for name in problem.vehicle.headline}
+    accepted = [name for name, one in known.items() if is_smooth_metric(one) and name != problem.base_objective]
     if metric not in accepted:
         raise BadInput(f"the objective cannot be traded against {shown(metric)}; it can against {listed(accepted)}")
 
@@ -52,7 +54,7 @@ def tradeoff(
         best = ranked(point.elements, classed, found)[:CANDIDATES]
         lows = _in_order(pool, [(least, few, one.form, one.values) for one in best])
         tasks = [
-            (restricted(problem, {metric: (1 - cut) * point.design.metrics[metric].value}), few, one.form, *ends)
+            (limited(problem, {metric: (1 - cut) * point.design.metrics[metric].value}), few, one.form, *ends)
             for cut in CUTS
             for one, low in zip(best, lows, strict=True)
             if low.objective < (1 - cut) * point.design.metrics[metric].value
@@ -60,9 +62,9 @@ def tradeoff(
         ]
         by_limit: dict[float, list[Found]] = {}
         for (held, *_), one in zip(tasks, _in_order(pool, tasks), strict=True):
-            by_limit.setdefault(held.limits[-1][1], []).append(one)
+            by_limit.setdefault(held.at_most[metric], []).append(one)
         for limit, some in by_limit.items():
-            held = restricted(problem, {metric: limit})
+            held = limited(problem, {metric: limit})
             good = sorted((one for one in some if one.feasible), key=lambda one: one.objective)
             design = next((d for d in (designed(held, settings, one) for one in good) if d is not None), None)
             if design is not None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from posreal.errors import BadInput, Infeasible
-from posreal.optimisation.layout_values import _Station, _Watch, evaluate_layout, optimise
+from posreal.optimisation.element_search import ElementSearch, Watch
+from posreal.optimisation.layout_values import evaluate_layout, optimise
 from posreal.specification.layout import layout
 from posreal.specification.named import problem
 from tests import published
@@ -52,12 +53,12 @@ def test_S6_drops_its_damper():
     ],
 )
 def test_the_gradient_of_everything_that_counts_is_exact(name, plan, options):
-    station = _Station(problem(name, **options), layout(plan))
+    station = ElementSearch(problem(name, **options), layout(plan))
     rng = np.random.default_rng(4)
     elements = station.elements
     theta = (elements.lower + elements.upper) / 2 + 0.2 * rng.normal(size=elements.size)
     parameters = {key: (r.lower + r.upper) / 2 for key, r in station.free.items()}
-    functions = [f.slopes for f in station.objective] + [r.margins for r in station.requirements(_Watch())]
+    functions = [f.slopes for f in station.objective] + [r.margins for r in station.requirements(Watch())]
     for function in functions:
         here = function(elements, theta, parameters)
         step = rng.normal(size=elements.size)
@@ -133,7 +134,7 @@ def test_a_layout_with_nothing_to_choose_is_refused(tmp_path):
 def test_a_layouts_own_spring_has_the_points_value(name, plan, values, point):
     """The search sees at the operating point what the metrics measure there: the layout in that vehicle."""
     posed = problem(name, worst_case=[point])
-    station = _Station(posed, layout(plan))
+    station = ElementSearch(posed, layout(plan))
     theta = np.log([values[key] for key in station.elements.names])
     measured = evaluate_layout(posed, layout(plan), station.elements.values(theta)).metrics
     free = {key: value for key, value in values.items() if key in layout(plan).free_elements(posed)}

@@ -277,7 +277,7 @@ def test_a_gain_that_grows_towards_its_limit():
 
 
 def test_a_gain_that_is_largest_at_rest():
-    """Two masses on springs, one slow overdamped pole: the gain falls from its static value, which no grid point has."""
+    """A mass on a spring, overdamped: the gain falls from its static value, which no point of a grid has."""
     plant = Plant(
         A=np.array([[0.0, 1.0], [-1.0, 0.0]]), Bw=np.array([[0.0], [1.0]]), Bf=np.array([[0.0], [-1.0]]),
         Cz=np.array([[1.0, 0.0]]), Dzw=np.zeros((1, 1)), Dzf=np.zeros((1, 1)),

@@ -11,7 +11,6 @@ from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.errors import BadInput, Infeasible, NotPositiveReal
 from posreal.optimisation.evaluate import evaluate
 from posreal.specification.named import limited, over_points, problem, problems
-from posreal.specification.restrict import restricted
 
 NAMES = (
     "lateral-comfort",
@@ -69,7 +68,7 @@ def test_a_retuned_vehicle_is_compared_with_the_original():
         ("vertical-confort", {}, "did you mean vertical-comfort"),
         ("vertical-comfort", {"position": "X"}, "takes L, M or T"),
         ("lateral-comfort", {"position": "L"}, "does not fit"),
-        ("quarter-car", {"objective": "J2"}, "takes J1 or J3"),
+        ("quarter-car", {"objective": "J2"}, "it takes J1, J3"),
         ("quarter-car", {"stiffness": -1.0}, "greater than 0"),
         ("vertical-comfort", {"stiffness": 1.0}, "only quarter-car"),
     ],
@@ -160,8 +159,8 @@ def test_points_and_restrictions_of_a_retuned_vehicle_keep_the_reference():
         after, before = over_points(posed.with_vehicle(values), points), over_points(posed, points).with_vehicle(values)
         assert after.constraints == before.constraints == over_points(posed, points).constraints
         assert [p.vehicle for p in after.at_points.values()] == [p.vehicle for p in before.at_points.values()]
-    held = restricted(posed, {"Macc": 0.25})
-    assert restricted(posed.with_vehicle(values), {"Macc": 0.25}).constraints == held.constraints
+    held = limited(posed, {"Macc": 0.25})
+    assert limited(posed.with_vehicle(values), {"Macc": 0.25}).constraints == held.constraints
     assert held.with_vehicle(values).constraints == held.constraints
 
 

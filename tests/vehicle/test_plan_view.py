@@ -13,10 +13,11 @@ from posreal.errors import Infeasible
 from posreal.plant import h2_norm, time_response
 from posreal.specification.layout import layout
 from posreal.specification.named import problem
-from posreal.vehicle import PlanView, measure, metrics
+from posreal.vehicle import PlanView, measure
 from posreal.vehicle.plan_view import lateral_track_filter
 from tests import published
 from tests.vehicle import naive
+from tests.vehicle import responses as metrics
 
 VEHICLE = PlanView()
 DEFAULT = Rational.spring(VEHICLE.Ksy) | Rational.damper(VEHICLE.Csy)

@@ -16,9 +16,10 @@ from posreal.optimisation.mean_square import mean_square
 from posreal.plant import h2_norm, time_response
 from posreal.specification.layout import layout
 from posreal.specification.named import problem
-from posreal.vehicle import SideView, measure, metrics
+from posreal.vehicle import SideView, measure
 from tests import published
 from tests.vehicle import naive
+from tests.vehicle import responses as metrics
 
 VEHICLE = SideView()
 BARE = VEHICLE.airspring()

@@ -1,4 +1,4 @@
-"""Responses and single figures of the vehicles with one device in the secondary place, for studies and searches."""
+"""Responses and single figures of the vehicles with one device in the secondary place, as the tests ask for them."""
 
 from __future__ import annotations
 
