@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
@@ -37,7 +37,7 @@ from posreal.metric import (
     WeightedSum,
 )
 from posreal.plant.mounting import Mounting
-from posreal.plant.plant import Plant
+from posreal.plant.plant import Plant, Real
 from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
@@ -61,6 +61,11 @@ def millimetres(vehicle: SideView) -> float:
 
 def _ride(point: str, stop: float) -> RootMeanSquare:
     return RootMeanSquare("track", f"acceleration_{point}", "%g", stop, per_cent_g)
+
+
+def _velocity(end: str) -> RootMeanSquare:
+    """Of the secondary suspension on random track, over all frequencies: what a damper there has to bear."""
+    return RootMeanSquare("track", f"deflection_velocity_{end}", "mm/s", factor=millimetres, at="on random track")
 
 
 def _deflections(end: str) -> dict[str, Metric]:
@@ -107,6 +112,7 @@ class SideView:
         **_deflections("rear"),
         "static_stiffness": StaticStiffness(),
         "inertance": Inertance(),
+        **{f"deflection_velocity_rms_{end}": _velocity(end) for end in ("front", "rear")},
         **{f"J1z_{point}_whole": _ride(point, math.inf) for point in "LMT"},
         **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in "LMT"},
     }
@@ -172,7 +178,7 @@ class SideView:
         """M, C, K without the secondary suspension; ports bounce and pitch."""
         M = np.diag([self.mv, self.Iv, self.mb, self.Ib, self.mb, self.Ib])
         K, C = np.zeros((6, 6)), np.zeros((6, 6))
-        for wheel in self._wheels():
+        for wheel in self.wheels():
             K += 2 * self.Kpz * np.outer(wheel, wheel)
             C += 2 * self.Cpz * np.outer(wheel, wheel)
         front = np.array([-1.0, -self.lvx, 1.0, 0.0, 0.0, 0.0])
@@ -180,7 +186,7 @@ class SideView:
         E = np.column_stack([front + rear, front - rear]) / math.sqrt(2)
         return SecondOrder(M, C, K, E, ("zv", "thv", "zb1", "thb1", "zb2", "thb2"))
 
-    def _wheels(self) -> np.ndarray:
+    def wheels(self) -> np.ndarray:
         """Displacement of the bogie over each of the four wheelsets, as rows on q."""
         wheels = np.zeros((4, 6))
         for i, (zb, arm) in enumerate(((2, self.lbx), (2, -self.lbx), (4, self.lbx), (4, -self.lbx))):
@@ -191,37 +197,54 @@ class SideView:
         """Plant on the track profile, w = δ̇1.
 
         Outputs: ``acceleration_L``, ``_M``, ``_T`` (m/s²) of the body over the leading bogie, in the middle and over
-        the trailing bogie; ``deflection_front``, ``deflection_rear`` (m) of the secondary suspension. Both ports hold
-        the device of group ``secondary``.
+        the trailing bogie; ``deflection_front``, ``deflection_rear`` (m) of the secondary suspension, and their
+        velocities, ``deflection_velocity_front`` and ``_rear`` (m/s). Both ports hold the device of group
+        ``secondary``.
         """
-        body = self.second_order()
-        wheels = self._wheels()
-        A, Bf = body.free(), body.device_force()
+        body, wheels = self.second_order(), self.wheels()
         Bw = body.track_velocity(2 * self.Kpz * wheels.T, 2 * self.Cpz * wheels.T)
-        zeros = np.zeros(6)
-        points = [body.row(zv=1, thv=self.lvx), body.row(zv=1), body.row(zv=1, thv=-self.lvx)]
-        acceleration = np.array([np.concatenate([zeros, point]) for point in points])
-        deflection = (body.E @ np.array([[1.0, 1.0], [1.0, -1.0]])).T / math.sqrt(2)  # bounce, pitch → front, rear
-        return Plant(
-            A=A,
-            Bw=Bw,
-            Bf=Bf,
-            Cz=np.vstack([acceleration @ A, np.hstack([deflection, np.zeros((2, 6))])]),
-            Dzw=np.vstack([acceleration @ Bw, np.zeros((2, 4))]),
-            Dzf=np.vstack([acceleration @ Bf, np.zeros((2, 2))]),
-            Cd=np.hstack([body.E.T, np.zeros((2, 6))]),
-            Cv=np.hstack([np.zeros((2, 6)), body.E.T]),
-            delays=np.array(self.wheel_delays),
-            outputs=(
-                "acceleration_L",
-                "acceleration_M",
-                "acceleration_T",
-                "deflection_front",
-                "deflection_rear",
-            ),
-            groups=("secondary", "secondary"),
-            density=math.pi * self.Av * self.V,
-        )
+        density = math.pi * self.Av * self.V
+        return seen_from_the_side(body, self.lvx, body.free(), Bw, body.device_force(), self.wheel_delays, density)
+
+
+def seen_from_the_side(
+    body: SecondOrder, lvx: float, A: Real, Bw: Real, Bf: Real, delays: Sequence[float], density: float
+) -> Plant:
+    """The outputs and ports of a side view, whatever follows its coordinates and their rates (12 states) in the state.
+
+    Parameters
+    ----------
+    body : SecondOrder
+        Coordinates zv, thv and those of the bogies; ports bounce and pitch.
+    lvx : m, semi distance of the bogie centres
+    A (n, n), Bw (n, 4), Bf (n, 2)
+    delays : of the four wheelsets, s
+    density : of the track velocity, per rad/s
+    """
+    zeros, rest = np.zeros(6), np.zeros((2, len(A) - 12))
+    points = [body.row(zv=1, thv=lvx), body.row(zv=1), body.row(zv=1, thv=-lvx)]
+    acceleration = np.array([np.concatenate([zeros, point, rest[0]]) for point in points])
+    deflection = np.array([body.row(zv=-1, thv=-lvx, zb1=1), body.row(zv=-1, thv=lvx, zb2=1)])
+    return Plant(
+        A=A,
+        Bw=Bw,
+        Bf=Bf,
+        Cz=np.vstack([acceleration @ A, np.hstack([np.kron(np.eye(2), deflection), np.zeros((4, rest.shape[1]))])]),
+        Dzw=np.vstack([acceleration @ Bw, np.zeros((4, 4))]),
+        Dzf=np.vstack([acceleration @ Bf, np.zeros((4, 2))]),
+        Cd=np.hstack([body.E.T, np.zeros((2, 6)), rest]),
+        Cv=np.hstack([np.zeros((2, 6)), body.E.T, rest]),
+        delays=np.array(delays),
+        outputs=(
+            *(f"acceleration_{point}" for point in "LMT"),
+            "deflection_front",
+            "deflection_rear",
+            "deflection_velocity_front",
+            "deflection_velocity_rear",
+        ),
+        groups=("secondary", "secondary"),
+        density=density,
+    )
 
 
 @lru_cache(maxsize=256)

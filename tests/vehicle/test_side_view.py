@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from posreal.admittance import Rational, random_port_hamiltonian
+from posreal.bounds.compute import bound
 from posreal.network import parse
 from posreal.optimisation.layout_values import optimise
 from posreal.optimisation.mean_square import mean_square
@@ -164,3 +165,22 @@ def _above(loop) -> float:
         return loop.density * abs(loop.response(np.array([omega]), "acceleration_M")[0]) ** 2
 
     return sum(quad(density, a, b, limit=200)[0] for a, b in itertools.pairwise(edges))
+
+
+def test_the_velocity_of_the_deflection_is_its_derivative():
+    """∫ ω² S dω of the deflection, and a search, a limit and a bound that take it like any other metric."""
+    posed = problem("vertical-comfort", objective="deflection_velocity_rms_rear")
+    port = posed.port(Rational.damper(15e3))
+    loop = metrics.inside(VEHICLE, port).on("track")
+    edges = [0.0, *np.geomspace(0.05, 1e9, 500)]
+    squares = sum(
+        quad(lambda w: w**2 * float(loop.density("deflection_rear", np.array([w]))[0]), low, high, limit=100)[0]
+        for low, high in itertools.pairwise(edges)
+    )
+    assert posed.metrics(port)[posed.objective].value == pytest.approx(1e3 * math.sqrt(squares), rel=1e-4)
+    best = optimise(posed, layout("S5"), starts=2)
+    assert best.objective.value == pytest.approx(71.0619, rel=1e-4)
+    limit = 1.05 * best.objective.value
+    kept = optimise(problem("vertical-comfort", limits={posed.objective: limit}), layout("S5"), starts=2)
+    assert kept.metrics[posed.objective].value <= limit * (1 + 1e-9)
+    assert 0.5 * best.objective.value < bound(posed, L=8).value < best.objective.value
