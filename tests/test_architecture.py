@@ -105,6 +105,19 @@ def test_no_files_import_each_other_in_a_circle():
     assert not found, "\n".join(", ".join(sorted(circle)) for circle in found)
 
 
+@pytest.mark.parametrize(
+    ("name", "files"),
+    [
+        ("deflection_velocity_rms", {"vehicle/side_view.py"}),  # a metric
+        ("manchester", {"vehicle/manchester.py", "specification/named.py"}),  # a vehicle
+    ],
+)
+def test_what_an_addition_touches(name, files):
+    """No file of a solver, of a bound or of the command line knows a metric or a vehicle."""
+    found = {str(path.relative_to(PACKAGE)) for path in PACKAGE.rglob("*.py") if name in path.read_text().lower()}
+    assert found == files
+
+
 def test_a_circle_is_seen():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": set()}) == {frozenset("abc")}
     assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == set()

@@ -14,8 +14,9 @@ from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
 from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
+from posreal.vehicle.manchester import ManchesterCoach
 
-VEHICLES: tuple[type[PlanView] | type[SideView] | type[QuarterCar], ...] = (PlanView, SideView, QuarterCar)
+VEHICLES: tuple[type[Vehicle], ...] = (PlanView, SideView, ManchesterCoach, QuarterCar)
 
 _KPY, _CPY, _KSY = Range(2.4e6, 9.4e6), Range(2.4e3, 6e4), Range(1.2e5, 4.9e5)
 """Half to twice the default stiffnesses, a fifth to five times the damping: a re-tuning, not another vehicle."""
@@ -57,6 +58,12 @@ _PROBLEMS: dict[str, Problem] = {
             "vertical-comfort",
             "least vertical body acceleration over the trailing bogie",
             SideView(),
+            "J1z_T",
+        ),
+        Problem(
+            "manchester-comfort",
+            "least vertical body acceleration over the trailing bogie of the Manchester coach, coil spring kept",
+            ManchesterCoach(),
             "J1z_T",
         ),
         Problem(
