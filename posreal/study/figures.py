@@ -16,7 +16,7 @@ from posreal.metric.damping_ratio import poles, ratios
 from posreal.specification.design import Design
 from posreal.study.drawing import save, sheet
 from posreal.study.reproduce import Reproduction
-from posreal.vehicle import measure, parameters
+from posreal.vehicle import parameters
 
 _STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
@@ -117,9 +117,9 @@ def figure9(reproduction: Reproduction) -> Any:
         for damping in dampings:
             changed = design.problem.with_vehicle({"Crz": float(damping)})
             port = changed.port(design.device, whole=design.whole)
-            found = measure(changed.vehicle, {"secondary": port})
+            closed = ClosedVehicle(changed.vehicle, {"secondary": port})
             for position, values in ride.items():
-                values.append(found[f"J1z_{position}"].value)
+                values.append(closed.value(changed.vehicle.metrics[f"J1z_{position}"]).value)
         for axis, values in zip(axes, ride.values(), strict=True):
             axis.plot(dampings / 1e3, values, linestyle=style, label=label)
     for axis, position in zip(axes, "LMT", strict=True):

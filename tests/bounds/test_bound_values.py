@@ -195,11 +195,12 @@ def proven():
     return {posed.name + posed.objective: bound(posed, L=30) for posed in (QUARTER_CAR, MIDDLE, PLAN)}
 
 
+@pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("posed", [QUARTER_CAR, MIDDLE, PLAN], **NAMES)
-def test_no_random_passive_device_is_below(posed, proven):
+def test_no_random_passive_device_is_below(posed, count, proven):
     found, rng, tried = proven[posed.name + posed.objective], np.random.default_rng(11), 0
     scale, omega = (2600.0, 20) if posed is QUARTER_CAR else (20000.0, 10)
-    for _ in range(200):
+    for _ in range(count):
         drawn = random_port_hamiltonian(int(rng.integers(0, 5)), rng, 1.0).rational()
         device = drawn.time_scaled(fmpq(1, omega)).scaled(int(scale * 10 ** rng.uniform(-1, 1))) | Rational.damper(5)
         try:
@@ -207,7 +208,7 @@ def test_no_random_passive_device_is_below(posed, proven):
             tried += 1
         except Infeasible:
             continue
-    assert tried > 50
+    assert tried > count / 4
 
 
 @pytest.mark.parametrize(("posed", "least"), [(QUARTER_CAR, 1.404), (MIDDLE, 0.775), (PLAN, 0.1425)], **NAMES)
@@ -338,7 +339,7 @@ def test_two_loops_by_values(tmp_path):
     assert found.value > 1.55
     assert found.check() >= found.value
     rng = np.random.default_rng(12)
-    for _ in range(60):
+    for _ in range(20):
         drawn = random_port_hamiltonian(int(rng.integers(0, 5)), rng, 1.0).rational()
         device = drawn.time_scaled(fmpq(1, 10)).scaled(int(20000 * 10 ** rng.uniform(-1, 1))) | Rational.damper(5)
         assert found.figure.measure(SIDE.port(device)) > found.value

@@ -56,7 +56,7 @@ def test_the_worked_example_of_brune_is_exact():
     assert result.network.values() == {"k": 1, "b": 1, "c": 4, "n": 0.5}
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=10)
 @given(trees())
 def test_networks_come_back_by_every_method(network):
     y = network.admittance()

@@ -110,8 +110,8 @@ def test_a_face_that_costs_is_not_taken():
     [
         ("quarter-car", "J3", 2, 461.398),
         ("quarter-car", "J3", 3, 454.156),
-        ("quarter-car", "J1", 3, 1.454769),
-        ("vertical-comfort", None, 2, 1.921627),
+        pytest.param("quarter-car", "J1", 3, 1.454769, marks=pytest.mark.long),
+        pytest.param("vertical-comfort", None, 2, 1.921627, marks=pytest.mark.long),
     ],
 )
 def test_a_synthesised_device_and_its_network_have_the_same_figures(name, objective, order, figure):

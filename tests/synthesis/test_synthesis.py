@@ -64,11 +64,11 @@ def test_matrix_inequalities_at_order_0_are_the_best_damper():
     ("options", "order", "freedoms", "starts"),
     [
         ({"objective": "gain_acceleration"}, 1, {}, 6),
-        ({"objective": "gain_tyre_force"}, 1, {}, 6),
+        pytest.param({"objective": "gain_tyre_force"}, 1, {}, 6, marks=pytest.mark.long),
         pytest.param({"objective": "gain_acceleration"}, 2, {}, 24, marks=pytest.mark.long),
         ({"objective": "J1 + 0.002*J3"}, 2, {}, 8),
         ({"worst_case": [{"ms": 350.0, "kt": 120e3}]}, 1, {}, 4),
-        ({"limits": {"J3": 480.0}}, 1, {}, 4),
+        pytest.param({"limits": {"J3": 480.0}}, 1, {}, 4, marks=pytest.mark.long),
         pytest.param({"limits": {"gain_acceleration": 22.0}}, 1, {}, 8, marks=pytest.mark.long),
         pytest.param({"objective": "gain_acceleration", "limits": {"J1": 1.7}}, 1, {}, 6, marks=pytest.mark.long),
         ({}, 1, {"inerter": True}, 4),
@@ -130,6 +130,7 @@ def test_matrix_inequalities_with_several_norms_on_the_side_view(options):
     assert not posed.violated(result.metrics)
 
 
+@pytest.mark.long
 def test_a_limit_that_no_drawn_device_keeps_is_reached():
     """Far below what random devices have: the inequalities lower the limited figure first."""
     posed = problem("quarter-car", limits={"gain_acceleration": 20.2})
