@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.reproduce import Reproduction, reproduce
     from posreal.study.sweep import Sweep, sweep
+    from posreal.synthesis.in_cvxpy import step_in_cvxpy
     from posreal.synthesis.synthesise import synthesise
     from posreal.topology.result import Search
     from posreal.topology.search import search
@@ -142,6 +143,7 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "Sweep",
         "sweep",
     ),
+    "posreal.synthesis.in_cvxpy": ("step_in_cvxpy",),
     "posreal.synthesis.synthesise": ("synthesise",),
     "posreal.topology.result": ("Search",),
     "posreal.topology.search": ("search",),
@@ -218,6 +220,7 @@ __all__ = [
     "search",
     "spice",
     "state_space",
+    "step_in_cvxpy",
     "sweep",
     "synthesise",
     "table",

@@ -1,6 +1,6 @@
 """What the plain form minimises over the device's coefficients x: smooth enough for Newton, with its own multiplier.
 
-With f = τ + O x (:mod:`ports`), the three figures and the functionals that bound them from below are
+With f = τ + O x (:mod:`.figure`), the three figures and the functionals that bound them from below are
 
     squares   ‖f‖²                          is quadratic itself
     sum       Σ ‖f_o‖ over outputs          ≥ Σ ⟨u_o, f_o⟩        for unit vectors u_o

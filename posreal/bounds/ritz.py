@@ -2,7 +2,7 @@
 
     minimise J(σ) = ‖τ + Σ oᵢ 2σ/(1 − wᵢσ)‖   over σ = c₀ + Σ cₖ φₖ(s)/max|φₖ|,   |σ| < 1 on the axis
 
-φₖ the Takenaka–Malmquist and Kautz functions of :mod:`space` at some points, so that every |σ| < 1 is a passive device
+φₖ the Takenaka–Malmquist and Kautz functions of `interpolation_space` at some points, so that every |σ| < 1 is a passive device
 of as many states [Ritz1909]. J is a sum over a fine grid of frequencies, the inequality a barrier −log(1 − |σ|²) on it,
 and Gauss–Newton steps end the search: seconds. Only a guide so far. σ is then drawn in a little, its coefficients are
 rounded to short decimals, and of the exact rational function Y = c0 (1 + σ)/(1 − σ) that they give, passivity is

@@ -1,6 +1,6 @@
 """The certificate of :mod:`certificate` by values at distinct points: the same inequality in O(m³) instead of O(m⁴).
 
-At distinct points (:mod:`values`) every multiplication is diagonal, and Pick's condition for all loops of one device is
+At distinct points (`values`) every multiplication is diagonal, and Pick's condition for all loops of one device is
 
     Φ₍ᵢₖ₎₍ⱼₗ₎ = (aᵢₖ āⱼₗ − xᵢₖ x̄ⱼₗ) Kₖₗ ⪰ 0,    aᵢ = 2 + wᵢxᵢ.
 

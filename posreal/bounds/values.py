@@ -1,13 +1,13 @@
 """What a bound looks at, by its values at distinct points: the coordinates in which Pick's matrix is entry by entry.
 
 Points s₁ … sₘ of the open right half plane, distinct and closed under conjugation, span with kₗ(s) = 1/(s + s̄ₗ) the
-same K as the functions of :mod:`space`, and ⟨f, kₗ⟩ = f(sₗ). With nₖ = √(2 Re sₖ),
+same K as the functions of `interpolation_space`, and ⟨f, kₗ⟩ = f(sₗ). With nₖ = √(2 Re sₖ),
 
     Kₖₗ = nₖ nₗ/(sₖ + s̄ₗ),    ‖P_K z‖² = ζ* K⁻¹ ζ,  ζₖ = nₖ z(sₖ),    K⁻¹ = D_ḡ K̄ D_g
 
 the inverse of a matrix of Cauchy's, gₖ = Πⱼ (sₖ + s̄ⱼ)/Π_{j≠k} (sₖ − sⱼ)/nₖ² [Cauchy1841]. A multiplication is a
-diagonal matrix here, so the products of :mod:`space`'s triangular ones become products of entries. Points that come
-close to each other make K ill conditioned, which costs digits and never truth; repeated ones need :mod:`space`.
+diagonal matrix here, so the products of `interpolation_space`'s triangular ones become products of entries. Points that come
+close to each other make K ill conditioned, which costs digits and never truth; repeated ones need `interpolation_space`.
 
 The same lines evaluate floats (arrays of complex numbers, for the searches) and balls (arrays of acb, for proofs).
 
@@ -36,7 +36,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Values:
-    """τ, oᵢ and wᵢ of :mod:`ports` at the points: complex floats, or acb balls in arrays of objects.
+    """τ, oᵢ and wᵢ of :mod:`.figure` at the points: complex floats, or acb balls in arrays of objects.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ def _at(figure: Figure, s: acb, c0: fmpq, point: Point) -> list[acb]:
 
 
 def _loops(tau: list[Any], ports: list[tuple[Any, Any, list[Any]]], beside: Any, behind: Any, c0: Any) -> list[Any]:
-    """τ, oᵢ, wᵢ from P, V, T of every port: the formulas of :mod:`ports`, for arrays and balls alike."""
+    """τ, oᵢ, wᵢ from P, V, T of every port: the formulas of :mod:`.figure`, for arrays and balls alike."""
     o, w = [], []
     for mobility, velocity, felt in ports:
         P, V, T = mobility, velocity, felt

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import clarabel
 import numpy as np
@@ -60,6 +61,16 @@ class Affine:
         size = sum(shape.size for shape in own.values())
         values = self.function(_split(own, np.vstack([np.zeros(size), np.eye(size)])))
         return values[0], values[1:] - values[0]
+
+
+@dataclass(frozen=True)
+class Program:
+    """A semidefinite program of the module's formula; see :func:`minimise` for its parts."""
+
+    shapes: Mapping[str, Shape]
+    objective: Affine
+    inequalities: Sequence[Affine]
+    cones: Sequence[Affine] = ()
 
 
 @dataclass(frozen=True)
@@ -131,6 +142,45 @@ def minimise(
         {name: part[0] for name, part in _split(shapes, y[None, :]).items()} if found else None,
         str(solution.status),
     )
+
+
+def in_cvxpy(program: Program) -> tuple[Any, dict[str, Any]]:
+    """The program as a ``cvxpy.Problem`` and its variables by name, to be read, changed and solved by anyone.
+
+    The same numbers as :func:`minimise` gives to the solver, in another hand.
+    """
+    import cvxpy as cp  # slow to import, and no search needs it
+
+    variables = {
+        name: cp.Variable((shape.rows, shape.columns), name=name, symmetric=shape.symmetric)
+        for name, shape in program.shapes.items()
+    }
+
+    def stacked(part: Affine) -> Any:
+        """The unknowns that a part depends on, as :meth:`Shape.matrices` takes them."""
+        own = [(variables[name], program.shapes[name]) for name in part.of]
+        each = [
+            cp.hstack([v[i, j] for i, j in zip(*np.triu_indices(shape.rows), strict=True)])
+            if shape.symmetric
+            else cp.vec(v, order="C")
+            for v, shape in own
+        ]
+        return cp.hstack(each)
+
+    def expression(part: Affine) -> Any:
+        """F(0) + Σ y F, flat."""
+        base, slopes = part.coefficients(program.shapes)
+        return np.ravel(base) + slopes.reshape(len(slopes), -1).T @ stacked(part)
+
+    constraints = []
+    for inequality in program.inequalities:
+        n = len(inequality.coefficients(program.shapes)[0])
+        F = cp.reshape(expression(inequality), (n, n), order="C")
+        constraints.append((F + F.T) / 2 >> 0)
+    for cone in program.cones:
+        v = expression(cone)
+        constraints.append(cp.SOC(v[0], v[1:]))
+    return cp.Problem(cp.Minimize(cp.sum(expression(program.objective))), constraints), variables
 
 
 def _split(shapes: Mapping[str, Shape], y: Real) -> dict[str, Real]:

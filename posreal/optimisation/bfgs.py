@@ -2,8 +2,8 @@
 
     minimise J(Y(θ)),   dJ/dθ = Re Σₖ gₖ ∂Y(sₖ)/∂θ,   g = dJ/dY
 
-with θ in :class:`Chart` and g from the closed vehicle's port, delays exact. The matrix inequality P = I of
-:mod:`.bmi` is a square here, so nothing constrains the search and it converges superlinearly [NocedalWright2006].
+with θ in :class:`Chart` and g from the closed vehicle's port, delays exact. The positive-real inequality
+with P = I is a square here, so nothing constrains the search and it converges superlinearly [NocedalWright2006].
 
 [NocedalWright2006] J. Nocedal, S.J. Wright, Numerical Optimization, 2nd edition, Springer (2006), chapter 6.
 """

@@ -79,7 +79,7 @@ class Criterion:
         return self.value_and_slope(np.asarray(candidate.device(self.s)), candidate.parameters)[0]
 
     def slope(self, candidate: Candidate) -> Real:
-        """∂J/∂(A, B, C, D) of a device, stacked: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.chart`)."""
+        """∂J/∂(A, B, C, D) of a device, stacked: dH = yᵀ dA x + yᵀ dB + dC x + dD (see :mod:`.coordinates`)."""
         form = candidate.device.state_space()
         x, y = resolvent(form.A, form.B[:, 0], form.C[0], self.s)
         _, g, _ = self.value_and_slope(np.asarray(form(self.s)), candidate.parameters)

@@ -1,8 +1,8 @@
-"""The element values of a layout as coordinates of the strut: what :class:`.synthesis.chart.Chart` is to any device.
+"""The element values of a layout as coordinates of the strut: what :class:`.coordinates.Chart` is to any device.
 
 θ are the logarithms of the free values. Y(s; θ) and ∂Y/∂θ come from the network's own sweep; and as an element is a
 term of the port's admittance, an eigenvalue λ of the vehicle closed around it moves by dλ = t v dY(λ), with v the
-velocity and t the answer to a force that the mode has at the port (:mod:`.synthesis.damping`).
+velocity and t the answer to a force that the mode has at the port (:mod:`.damping`).
 """
 
 from __future__ import annotations

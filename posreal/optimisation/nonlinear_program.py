@@ -146,7 +146,7 @@ class Judge:
         return min(floor.spare(candidate) for floor in self.floors)
 
     def settled(self, candidate: Candidate) -> Judge:
-        """One that sees a candidate as it is: this one, if it does to :data:`.objective.SETTLED`."""
+        """One that sees a candidate as it is: this one, if it does to :data:`.mean_square.SETTLED`."""
         port = self.problem.mounting.port(self.scale.admittance(candidate.device.rational()))
         closer = replace(self, light=modes(self.problem.with_vehicle(candidate.parameters), port))
         seen, there = self._numbers(candidate), closer._numbers(candidate)

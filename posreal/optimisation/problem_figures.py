@@ -1,4 +1,4 @@
-"""Which figure a metric's name stands for, as the searches compute it: see :mod:`.figures` for the kinds.
+"""Which figure a metric's name stands for, as the searches compute it: see :mod:`.figure` for the kinds.
 
 Searches use smooth quadratures; a design is always measured again by the problem's own metrics.
 """

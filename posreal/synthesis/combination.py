@@ -3,61 +3,18 @@
 Default combination (``method="auto"``), for order n:
 
 1. the best device of order n − 1, and the best without the spring or inerter that is allowed, found in this same way;
-2. where nothing but the figure counts, the matrix inequalities (:mod:`.bmi`) from the best of a hundred drawn devices;
-3. local searches over devices that are positive real by construction (:mod:`.finish`, :mod:`.constrained`), from
-   what 2 reached, from 1 as it is and with a weak state added, from the caller's warm devices, and from random starts
+2. where nothing but the figure counts, the matrix inequalities (:mod:`.path_following`) from the best of a hundred
+   drawn devices;
+3. local searches over devices that are positive real by construction (:mod:`posreal.optimisation`), from what 2 reached,
+   from 1 as it is and with a weak state added, from the caller's warm devices, and from random starts
    on every face of the order (:mod:`.starts`); then from the best few of these, shaken;
 4. the best on each face to full convergence; of these the best, with few digits, exactly positive real
-   (:mod:`.presented`).
+   (:mod:`.rounding`).
 
 Because of 1 the figure never rises with the order or with a freedom: each search begins where a smaller one ended, and
 draws its own random numbers, so the smaller one ends where it would have ended by itself.
 
-Why: what each reaches by itself, seed 0, and seconds of one core for the whole.
-
-    =======================  =====  ================  ===========  =======
-    problem                  order  inequalities (2)  combination  seconds
-    =======================  =====  ================  ===========  =======
-    vertical-comfort T           1           1.96127      1.96127        3
-    vertical-comfort T           2           1.92163      1.92163        8
-    vertical-comfort T           3           1.92023      1.87519       10
-    vertical-comfort T           4           1.85919      1.85071       51
-    quarter-car J1               3           1.45582      1.45477        9
-    lateral-comfort              1           0.21348      0.21348        4
-    lateral-comfort              2           0.19957      0.19845       19
-    lateral-comfort              3                        0.18856       88
-    lateral-comfort-primary      2                        0.16470       36
-    lateral-comfort-primary      3                        0.15031       68
-    lateral-gauging              1                        71.601         5
-    lateral-gauging              2                        58.984        29
-    lateral-gauging-primary      2                        46.206        33
-    =======================  =====  ================  ===========  =======
-
-The inequalities end at a local optimum to six digits (orders 1 and 2) or on the way to one that lies at a face. From
-order 3 on there are many optima, and a step of theirs (0.1 s on the side view, 0.5 s with two sectors) costs as much
-as a whole local search there, so the number of starts decides. Alone, and with a start on every face, they come within
-0.1 % of the best on the quarter-car up to order 3 with any of ten seeds.
-
-Where there are limits, several figures or gains, they reach what the local searches reach and no more, for many times
-the time, so there they run only when asked for (``method="bmi"``; seconds in brackets, on a busy core):
-
-    =======================================================  ============  ==============
-    problem                                          order   inequalities  local searches
-    =======================================================  ============  ==============
-    quarter-car gain_acceleration                    2      19.4322 (4.8)   19.4323 (1.7)
-    quarter-car J1, gain_acceleration <= 22          2      1.57128 (9.2)    1.57128 (22)
-    vertical-comfort worst of L, M, T                1       1.96127 (11)   1.96127 (0.5)
-    vertical-comfort over Crz = 40, 64, 90 kN s/m    1      2.02947 (9.2)   2.02947 (0.7)
-    vertical-comfort T, deflection_rms_rear <= 6     1      1.96842 (8.9)   1.96842 (0.6)
-    =======================================================  ============  ==============
-
-The faces and the shaking matter as much: at order 3 of the first problem, of 16 random proper devices none ended below
-1.889, on the face with a pole at 0 three of 16 ended on 1.8752, and shaken ones mostly do. On the plan view random
-devices rarely keep the damping; known ones with a resonator beside or in them do: at order 2, 8 of 48 independent
-starts end on 0.19845, where random devices and lifted ones ended at 0.19957. The resonance of the best is narrow (a
-zero at 37 rad/s beside a pole at 39), so half of the starts lie about the mode whose damping is short, half go through
-the frequencies evenly, proper and with an inerter by turns, and what is found is walked on in small boxes, as a full
-step of a local search loses the damping. With that, order 3 ends on 0.18856 to 0.18859 with each of three seeds.
+Why, and what each of them reaches by itself: docs/synthesis.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What the matrix inequalities are about, at a device: norms of the closed vehicle, and the damping of its poles.
 
 A norm enters a semidefinite program as an upper bound on it that is affine in the device and in the norm's own X, made
-from its inequality (:mod:`.inequalities`) with the products XA and XB linearised at the current point. Bounds of that
+from its inequality (:mod:`.lmi`) with the products XA and XB linearised at the current point. Bounds of that
 kind may be minimised, limited, added up and compared, whichever norms they belong to: all that they share is the
 device.
 

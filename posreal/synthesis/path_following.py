@@ -3,7 +3,7 @@
     minimise max Σ wᵢ Fᵢ   over the device (A, B, C, D) and one X for each norm Fᵢ,
     subject to   the H2 or H∞ inequality of every norm,  Fⱼ ≤ limits,  PR,  sectors,  k ≤ stiffness,  b ≤ inertance
 
-(:mod:`.inequalities`, :mod:`.linearised`). The device is kept in coordinates where P = I, so its PR inequality is
+(:mod:`.lmi`, :mod:`.linearised`). The device is kept in coordinates where P = I, so its PR inequality is
 linear and exact; only the products X·Acl and X·Bcl are bilinear. They are linearised at the current point
 [HassibiHowBoyd1999] within a ball around the device. A spring beside the device, k/s, is one more entry of Acl; an
 inerter b·s is part of the masses, to first order in its change.
@@ -162,6 +162,33 @@ def _step(
     solver_iterations: int,
 ) -> tuple[PortHamiltonian | None, float]:
     """One semidefinite program: a proposal, and the decrease of the objective `value` that it promises."""
+    try:
+        program = program_at(goals, device, beside, value, radius, extra)
+    except (LinAlgError, ValueError):
+        return None, 0.0
+    outcome = sdp.minimise(
+        program.shapes, program.objective, program.inequalities, program.cones, iterations=solver_iterations
+    )
+    if outcome.unknowns is None:
+        return None, 0.0
+    return device_of(outcome.unknowns), value * (1 - float(outcome.unknowns["t"].item()))
+
+
+def program_at(
+    goals: Goals,
+    device: PortHamiltonian,
+    beside: Sequence[str] = (),
+    value: float = 1.0,
+    radius: float = 0.5,
+    extra: float = 0.0,
+) -> sdp.Program:
+    """The inequalities linearised at a device: A, B, C, D (and k, b `beside` it) within a ball, t the bound in `value`.
+
+    Raises
+    ------
+    LinAlgError, ValueError
+        If a Lyapunov or Riccati equation at the device has no solution.
+    """
     form, n = device.state_space(), device.order
     here: dict[str, Real] = {"A": form.A, "B": form.B, "C": form.C, "D": form.D}
     shapes = {"A": Shape(n, n), "B": Shape(n, 1), "C": Shape(1, n), "D": Shape(1, 1)}
@@ -180,24 +207,16 @@ def _step(
         cones.extend(found.cones)
         return found
 
-    try:
-        for i, parts in enumerate(goals.objective):
-            bounds = [(weight, bound(norm, f"{i}_{j}")) for j, (weight, norm) in enumerate(parts)]
-            blocks.append(_sum_below(bounds, "t", value))
-        for i, (norm, limit) in enumerate(goals.limits):
-            blocks.append(_below(bound(norm, f"limit{i}"), limit, extra))
-        for i, sector in enumerate(goals.sectors):
-            more, inside = replace(sector, damping=sector.damping + extra).at(here, f"sector{i}")
-            shapes.update(more)
-            blocks.extend(inside)
-    except (LinAlgError, ValueError):
-        return None, 0.0
-    outcome = sdp.minimise(
-        shapes, Affine(("t",), lambda u: u["t"][..., 0, 0]), blocks, cones, iterations=solver_iterations
-    )
-    if outcome.unknowns is None:
-        return None, 0.0
-    return _device(outcome.unknowns), value * (1 - float(outcome.unknowns["t"].item()))
+    for i, parts in enumerate(goals.objective):
+        bounds = [(weight, bound(norm, f"{i}_{j}")) for j, (weight, norm) in enumerate(parts)]
+        blocks.append(_sum_below(bounds, "t", value))
+    for i, (norm, limit) in enumerate(goals.limits):
+        blocks.append(_below(bound(norm, f"limit{i}"), limit, extra))
+    for i, sector in enumerate(goals.sectors):
+        more, inside = replace(sector, damping=sector.damping + extra).at(here, f"sector{i}")
+        shapes.update(more)
+        blocks.extend(inside)
+    return sdp.Program(shapes, Affine(("t",), lambda u: u["t"][..., 0, 0]), blocks, cones)
 
 
 def _sum_below(bounds: Sequence[tuple[float, Bound]], name: str, unit: float) -> Affine:
@@ -228,7 +247,8 @@ def _ball(u: Unknowns, centre: Unknowns, radius: float) -> Real:
     return np.concatenate([np.full((*d.shape[:-1], 1), radius), d], axis=-1)
 
 
-def _device(u: Unknowns) -> PortHamiltonian:
+def device_of(u: Unknowns) -> PortHamiltonian:
+    """The device that the unknowns are, made passive to the last digit."""
     beside = [max(float(np.sum(u.get(name, 0.0))), 0.0) for name in ("k", "b")]
     return factored(StateSpace(u["A"], u["B"], u["C"], u["D"], *beside))
 
