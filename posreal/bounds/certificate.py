@@ -9,10 +9,10 @@ used, and the vehicle's port need not be passive.
    and only if Y is positive real (or σ ≡ 1: a rigid strut, a limit). In loop i, with port mobility Pᵢ and reflection
    wᵢ = (1 − c0 Pᵢ)/(1 + c0 Pᵢ), put xᵢ = 2σ/(1 − wᵢσ). By algebra (:mod:`.figure`), z = (τ + Σ oᵢxᵢ) w: affine in xᵢ.
 2. *Where causality enters.* The vehicle is stable with Y, so z ∈ H2 of the open right half plane, J is its norm, and
-   the xᵢ have no pole there. The projection on the span K of `interpolation_space` is no longer than z: J² ≥ ‖τ + Σ Oᵢxᵢ‖²,
-   with τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's passivity
-   is an inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and with
-   them J has no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
+   the xᵢ have no pole there. The projection on the span K of `interpolation_space` is no longer than z: J² ≥ ‖τ + Σ
+   Oᵢxᵢ‖², with τ, xᵢ ∈ Rᵐ columns and Oᵢ = oᵢ(S) matrices. All are values at *interior* points, where the device's
+   passivity is an inequality between analytic functions. Re Y ≥ 0 on the axis says less: −k/s and −b·s satisfy it, and
+   with them J has no lower bound but 0. τ, oᵢ and wᵢ need to exist at the points only: an open vehicle may be unstable.
    Where every port is passive, |wᵢσ| < 1 in the half plane, no device gives xᵢ a pole there, and the bound is one over
    all of them (J is infinite where the vehicle rings for ever).
 3. *Positive realness on K.* ‖T_f‖ ≤ sup|f| gives I − ΣΣᵀ ⪰ 0 for Σ = σ(S), and by Nevanlinna and Pick that is all
@@ -36,7 +36,8 @@ used, and the vehicle's port need not be passive.
 
    The best Z and μ are the dual's: of a convex program for one passive port, of Shor's relaxation otherwise [Shor1987].
    More points enlarge K, and the best bound never falls. On all vehicles tried the relaxation loses nothing: a σ with
-   I − ΣΣᵀ ⪰ 0 reaches the proven value at the same points (`device_at_points`), and only more or better points prove more.
+   I − ΣΣᵀ ⪰ 0 reaches the proven value at the same points (`device_at_points`), and only more or better points prove
+   more.
 6. *Sums and peaks.* Where J is a sum of norms or an H∞ norm, ⟨u, τ + Σ Oᵢxᵢ⟩ ≤ J stands for ‖τ + Σ Oᵢxᵢ‖²: unit
    vectors u_o, one an output; or u_l = ⟨P Qᵀ, F_l⟩ with ‖P‖² + ‖Q‖² = 2, since ‖z‖_∞ ≥ ‖T_z‖ ≥ ⟨P Qᵀ, T_z⟩ (the
    bounded-real form of Pick's condition). For the squares in c, b and M come c = ⟨u, τ⟩, bᵢ = ½ Oᵢᵀu and 0, and
@@ -45,9 +46,10 @@ used, and the vehicle's port need not be passive.
 Constraints beside J are left out, so that the bound holds with them too. A damping ratio demanded of the closed vehicle
 would make xᵢ analytic in more than the half plane, but says nothing about Re Y there, and Φ ⪰ 0 gains nothing by it.
 
-The formula is evaluated with python-flint's balls: columns enclosed (`interpolation_space`), Z from the stored C exactly, M ≻ 0
-by the positive pivots of Rᵀ M R, with R any float matrix (an approximate inverse Cholesky factor, so that balls stay
-small; positive pivots show that it is invertible). The last pivot, with Rᵀb and c as border, is c − bᵀM⁻¹b.
+The formula is evaluated with python-flint's balls: columns enclosed (`interpolation_space`), Z from the stored C
+exactly, M ≻ 0 by the positive pivots of Rᵀ M R, with R any float matrix (an approximate inverse Cholesky factor, so
+that balls stay small; positive pivots show that it is invertible). The last pivot, with Rᵀb and c as border, is c −
+bᵀM⁻¹b.
 
 [Pick1916] G. Pick, Über die Beschränkungen analytischer Funktionen, welche durch vorgegebene Funktionswerte bewirkt
 werden, Mathematische Annalen 77 (1916) 7–23.

@@ -6,10 +6,10 @@ few points and places that somebody gives are bounded on the space of repeated p
 The bound never falls when a point is added, and how fast it rises depends on where the points lie. The scan tries every
 octave of the vehicle's band with few points, half octaves around the best, and from there looks for three places, taken
 in turn: a frequency twice and between them a pair, which is the better the more the vehicle's energy sits in two bands.
-What a place is worth is computed cheaply: by the convex program for one passive port, and by `device_at_points` for all else,
-where the semidefinite program is left to the end. The scan does not depend on how many points are asked for, and the
-few best places compete at that number, or at as many as that takes little time for, so the bound that comes out does
-not fall with that number either.
+What a place is worth is computed cheaply: by the convex program for one passive port, and by `device_at_points` for all
+else, where the semidefinite program is left to the end. The scan does not depend on how many points are asked for, and
+the few best places compete at that number, or at as many as that takes little time for, so the bound that comes out
+does not fall with that number either.
 """
 
 from __future__ import annotations

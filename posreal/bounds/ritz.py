@@ -2,12 +2,12 @@
 
     minimise J(σ) = ‖τ + Σ oᵢ 2σ/(1 − wᵢσ)‖   over σ = c₀ + Σ cₖ φₖ(s)/max|φₖ|,   |σ| < 1 on the axis
 
-φₖ the Takenaka–Malmquist and Kautz functions of `interpolation_space` at some points, so that every |σ| < 1 is a passive device
-of as many states [Ritz1909]. J is a sum over a fine grid of frequencies, the inequality a barrier −log(1 − |σ|²) on it,
-and Gauss–Newton steps end the search: seconds. Only a guide so far. σ is then drawn in a little, its coefficients are
-rounded to short decimals, and of the exact rational function Y = c0 (1 + σ)/(1 − σ) that they give, passivity is
-decided exactly (:mod:`positive_real`) and J measured by covariance, like that of any other device: between the
-frequencies of a grid anything may happen, also a vehicle that is not stable.
+φₖ the Takenaka–Malmquist and Kautz functions of `interpolation_space` at some points, so that every |σ| < 1 is a
+passive device of as many states [Ritz1909]. J is a sum over a fine grid of frequencies, the inequality a barrier −log(1
+− |σ|²) on it, and Gauss–Newton steps end the search: seconds. Only a guide so far. σ is then drawn in a little, its
+coefficients are rounded to short decimals, and of the exact rational function Y = c0 (1 + σ)/(1 − σ) that they give,
+passivity is decided exactly (:mod:`positive_real`) and J measured by covariance, like that of any other device: between
+the frequencies of a grid anything may happen, also a vehicle that is not stable.
 
 [Ritz1909] W. Ritz, Über eine neue Methode zur Lösung gewisser Variationsprobleme der mathematischen Physik, Journal für
 die reine und angewandte Mathematik 135 (1909) 1–61.

@@ -7,8 +7,8 @@ matrix has been maximised out), and every point Newton's method visits is a cert
 
     d(c − bᵀM⁻¹b) = dc + 2 vᵀdb + vᵀ dM v,     second order: −2 (db + dM v)ᵀ M⁻¹ (db + dM v).
 
-Z has r m (r m + 1)/2 entries for r loops and m dimensions. Where the best device at the points is known (`device_at_points`),
-Z = V Λ Vᵀ on the kernel V of its Φ holds the optimum, or nearly, with half as many.
+Z has r m (r m + 1)/2 entries for r loops and m dimensions. Where the best device at the points is known
+(`device_at_points`), Z = V Λ Vᵀ on the kernel V of its Φ holds the optimum, or nearly, with half as many.
 """
 
 from __future__ import annotations

@@ -6,8 +6,9 @@ same K as the functions of `interpolation_space`, and ⟨f, kₗ⟩ = f(sₗ). W
     Kₖₗ = nₖ nₗ/(sₖ + s̄ₗ),    ‖P_K z‖² = ζ* K⁻¹ ζ,  ζₖ = nₖ z(sₖ),    K⁻¹ = D_ḡ K̄ D_g
 
 the inverse of a matrix of Cauchy's, gₖ = Πⱼ (sₖ + s̄ⱼ)/Π_{j≠k} (sₖ − sⱼ)/nₖ² [Cauchy1841]. A multiplication is a
-diagonal matrix here, so the products of `interpolation_space`'s triangular ones become products of entries. Points that come
-close to each other make K ill conditioned, which costs digits and never truth; repeated ones need `interpolation_space`.
+diagonal matrix here, so the products of `interpolation_space`'s triangular ones become products of entries. Points that
+come close to each other make K ill conditioned, which costs digits and never truth; repeated ones need
+`interpolation_space`.
 
 The same lines evaluate floats (arrays of complex numbers, for the searches) and balls (arrays of acb, for proofs).
 

@@ -5,8 +5,8 @@ Default combination (``method="auto"``), for order n:
 1. the best device of order n − 1, and the best without the spring or inerter that is allowed, found in this same way;
 2. where nothing but the figure counts, the matrix inequalities (:mod:`.path_following`) from the best of a hundred
    drawn devices;
-3. local searches over devices that are positive real by construction (:mod:`posreal.optimisation`), from what 2 reached,
-   from 1 as it is and with a weak state added, from the caller's warm devices, and from random starts
+3. local searches over devices that are positive real by construction (:mod:`posreal.optimisation`), from what 2
+   reached, from 1 as it is and with a weak state added, from the caller's warm devices, and from random starts
    on every face of the order (:mod:`.starts`); then from the best few of these, shaken;
 4. the best on each face to full convergence; of these the best, with few digits, exactly positive real
    (:mod:`.rounding`).
