@@ -328,3 +328,16 @@ def test_synthesise_gives_a_device_and_its_network(posreal):
     assert document["network"]["residual"] < 1e-9
     assert document["design"]["device"]["rational"]["numerator"]
     assert math.isfinite(document["design"]["metrics"]["J1z_L"]["value"])
+
+
+def test_a_search_over_operating_points_and_one_without_a_bound(posreal):
+    code, out, _ = posreal("search", "vertical-comfort", "--elements", "1", "--worst-case", "Crz=40e3", "--starts", "2")
+    assert code == 0
+    assert "worst-case J1z_T" in out
+    words = ("search", "quarter-car", "--elements", "1", "--objective", "J1 + 0.001*gain_acceleration", "--starts", "2")
+    code, out, err = posreal(*words)
+    assert (code, err) == (0, "")
+    assert "No passive device is better" not in out
+    code, _, err = posreal("bound", "quarter-car", "--objective", "J1 + 0.001*gain_acceleration")
+    assert code == 2
+    assert "times its weight is one on the sum" in err

@@ -184,9 +184,8 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
         parts = problem.goal.parts
         if problem.goal.kind == "worst" or any(part.startswith("gain_") for part, _ in parts):
             names = listed(part for part, _ in parts)
-            raise BadInput(
-                f"{base} has no bound of its own; bound one of its parts, {names}: each is a bound on the worst"
-            )
+            whose = "is a bound on the worst" if problem.goal.kind == "worst" else "times its weight is one on the sum"
+            raise BadInput(f"{base} has no bound of its own; bound one of its parts, {names}: each {whose}")
         squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in parts}
         units = {known[part][1] for part, _ in parts}
         combine = SQUARES if problem.goal.kind == "norm" else SUM

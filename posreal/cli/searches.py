@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -17,11 +18,13 @@ from posreal.cli.options import (
     Seed,
     Stiffness,
     VehicleFile,
+    WorstCase,
     job_count,
     orders,
     posed,
 )
 from posreal.cli.output import print_json, progress
+from posreal.errors import BadInput
 
 
 def search(
@@ -47,6 +50,7 @@ def search(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    worst_case: WorstCase = None,
     starts: Annotated[int | None, typer.Option(min=1, max=1000, help="Random starts for each topology.")] = None,
     seed: Seed = 0,
     jobs: Jobs = 1,
@@ -66,7 +70,7 @@ def search(
     from posreal.topology.options import read_at_most, read_bounds, read_limits
     from posreal.topology.search import search as find
 
-    question = posed(problem, vehicle, position, objective, stiffness)
+    question = posed(problem, vehicle, position, objective, stiffness, worst_case=worst_case)
     if plot is not None:
         require_writable(plot, FORMATS)
     compared = [] if to_orders is None else orders(to_orders)
@@ -87,9 +91,10 @@ def search(
             progress=say,
         )
         floor = None
-        if question.whole_band:
+        if question.whole_band and not question.points:
             say("proving a bound")
-            floor = prove(question, effort=0, progress=say).value
+            with suppress(BadInput):  # of a sum with a gain in it none is known
+                floor = prove(question, effort=0, progress=say).value
         front = pareto(found, orders=compared, bound=floor, seed=seed, progress=say)
     if plot is not None:
         front.draw(plot)

@@ -210,6 +210,7 @@ def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
     identity = {
         "vehicle": [problem.vehicle.name, _parameters(problem)],
         "objective": problem.objective,
+        "points": [dict(point) for point in problem.points],
         "constraints": [[c.metric, c.sense, c.value] for c in problem.constraints],
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},
         "bounds": {kind: list(pair) for kind, pair in settings.bounds.items()},
