@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from posreal.admittance import Rational
 from posreal.bounds import points
-from posreal.bounds.figure import Figure, figure
+from posreal.bounds.figure import BoundedFigure, figure
 from posreal.bounds.interpolation_space import in_words
 from posreal.bounds.result import BelowBound, Bound
 from posreal.bounds.value_form import ValueCertificate
@@ -23,7 +23,7 @@ _LEFT = 1e-10  # relative; another machine may round the vehicle's matrices othe
 
 @one_thread
 def bound(
-    subject: Problem | Figure,
+    subject: Problem | BoundedFigure,
     *,
     effort: int = 1,
     L: int | None = None,
@@ -78,7 +78,7 @@ def bound(
     """
     begun = time.monotonic()
     say = progress or (lambda text: None)
-    if isinstance(subject, Figure):
+    if isinstance(subject, BoundedFigure):
         about, named = subject, None
         if weights is not None:
             raise BadInput("a figure brings its own weights; give weights with a problem only")
@@ -122,7 +122,7 @@ def bound(
     return found.beside(best)
 
 
-def _size(about: Figure, form: str, effort: int, L: int | None) -> int:
+def _size(about: BoundedFigure, form: str, effort: int, L: int | None) -> int:
     if L is None:
         if effort not in range(4):
             raise BadInput(f"effort {effort} is not known; accepted are 0, 1, 2 or 3")

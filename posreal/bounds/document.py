@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from posreal.admittance.exact import to_float, to_text
-from posreal.bounds.figure import PEAK, SQUARES, SUM, Figure
+from posreal.bounds.figure import PEAK, SQUARES, SUM, BoundedFigure
 from posreal.bounds.interpolation_space import Point
 from posreal.errors import plain
 from posreal.files import write_whole
@@ -78,7 +78,7 @@ def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> di
     }
 
 
-def _plant_out(about: Figure) -> dict[str, Any]:
+def _plant_out(about: BoundedFigure) -> dict[str, Any]:
     plant, shaping = about.plant, about.plant.shaping
     around = {name: getattr(about.mounting, name) for name in ("beside", "behind")}
     return {

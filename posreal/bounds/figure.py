@@ -40,7 +40,7 @@ KINDS = {SQUARES: "whole-band H2", SUM: "whole-band H2", PEAK: "H-infinity"}
 
 
 @dataclass(frozen=True)
-class Figure:
+class BoundedFigure:
     """One number J about one plant with one device in its ports, over all frequencies.
 
         squares   J = √(π S Σ weight ‖output/w‖₂²)
@@ -150,7 +150,7 @@ class Figure:
         return P if around.behind is None else P.without(around.behind.inverse().scaled(-1))
 
 
-def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figure:
+def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> BoundedFigure:
     """The figure over all frequencies behind a problem's objective.
 
     Parameters
@@ -179,7 +179,7 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
         squares = {_known(name, known)[0]: known[name][2] * to_fmpq(value) for name, value in weights.items()}
         name = "sqrt(" + " + ".join(f"{value:g}*{name}^2" for name, value in weights.items()) + ")"
         units = {known[name][1] for name in weights}
-        return Figure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
+        return BoundedFigure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
     if problem.goal is not None:
         parts = problem.goal.parts
         if problem.goal.kind == "worst" or any(part.startswith("gain_") for part, _ in parts):
@@ -189,11 +189,11 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Figu
         squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in parts}
         units = {known[part][1] for part, _ in parts}
         combine = SQUARES if problem.goal.kind == "norm" else SUM
-        return Figure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", combine)
+        return BoundedFigure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", combine)
     if base.startswith("gain_"):
-        return Figure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
+        return BoundedFigure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
     output, unit, scale = _known(base, known)
-    return Figure(plant, mounting, {output: scale}, base, unit)
+    return BoundedFigure(plant, mounting, {output: scale}, base, unit)
 
 
 def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
@@ -236,7 +236,7 @@ class Expansion:
     W: list[arb_mat]
 
 
-def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
+def expand(figure: BoundedFigure, points: Sequence[Point], c0: fmpq) -> Expansion:
     """The figure on the space of some points against a damper c0, at the precision in force."""
     space = Space(tuple(points))
     plant, rows, ports = figure.plant, figure.rows, figure.loops
@@ -292,7 +292,7 @@ def expand(figure: Figure, points: Sequence[Point], c0: fmpq) -> Expansion:
     )
 
 
-def enclosed(figure: Figure, points: Sequence[Point], c0: fmpq, *, digits: int = 30) -> Expansion:
+def enclosed(figure: BoundedFigure, points: Sequence[Point], c0: fmpq, *, digits: int = 30) -> Expansion:
     """`expand` with the precision doubled until all is known to so many digits of the largest."""
     bits = 256
     while bits <= 1 << 14:

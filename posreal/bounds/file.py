@@ -17,7 +17,7 @@ from flint import fmpq
 from posreal.admittance import Rational
 from posreal.admittance.exact import to_fmpq
 from posreal.bounds.document import FORMAT, HOW, PLANT
-from posreal.bounds.figure import SQUARES, SUM, Figure, figure
+from posreal.bounds.figure import SQUARES, SUM, BoundedFigure, figure
 from posreal.bounds.interpolation_space import Point, width
 from posreal.bounds.points import LIFTED, PLAIN, VALUE, Certificate
 from posreal.bounds.result import Best, Bound
@@ -113,7 +113,7 @@ def from_dict(document: Any) -> Bound:
 # --- the vehicle ---------------------------------------------------------------------------------------------
 
 
-def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], ...]]:
+def _about(data: Any) -> tuple[BoundedFigure, Problem | None, tuple[tuple[str, float], ...]]:
     if isinstance(data, dict) and "plant" in data:
         return _plant_in(data), None, ()
     table = _table(data, "about", ("problem", "objective", "weights", "vehicle"))
@@ -134,7 +134,7 @@ def _about(data: Any) -> tuple[Figure, Problem | None, tuple[tuple[str, float], 
     return figure(posed, weights), posed, tuple(weights.items())
 
 
-def _plant_in(data: Any) -> Figure:
+def _plant_in(data: Any) -> BoundedFigure:
     table = _table(data, "about", ("plant", "shaping", "mounting", "weights", "metric", "unit", "combine"))
     parts = _table(table["plant"], "plant", (*PLANT, "outputs", "groups", "density"))
     arrays = {name: _array(parts[name], name) for name in PLANT}
@@ -175,13 +175,13 @@ def _plant_in(data: Any) -> Figure:
     plant = Plant(
         **arrays, outputs=outputs, groups=groups, shaping=shaping, density=density, processes=(), shares=(1.0,)
     )
-    return Figure(plant, mounting, weights, str(table["metric"]), str(table["unit"]), str(table["combine"]))
+    return BoundedFigure(plant, mounting, weights, str(table["metric"]), str(table["unit"]), str(table["combine"]))
 
 
 # --- the numbers ---------------------------------------------------------------------------------------------
 
 
-def _certificate(table: dict[str, Any], about: Figure) -> Certificate | ValueCertificate:
+def _certificate(table: dict[str, Any], about: BoundedFigure) -> Certificate | ValueCertificate:
     loops = len(about.loops)
     if not isinstance(table["points"], list) or not table["points"]:
         raise BadInput("points are a list of frequencies, rad/s, and of pairs of natural frequency and damping ratio")
@@ -212,7 +212,7 @@ def _certificate(table: dict[str, Any], about: Figure) -> Certificate | ValueCer
     return made(points, _positive(table["damper"], "damper"), factor, mu, functional)
 
 
-def _functional(data: Any, about: Figure, m: int) -> np.ndarray:
+def _functional(data: Any, about: BoundedFigure, m: int) -> np.ndarray:
     """The multiplier of the objective, in the shape that its kind needs."""
     if about.combine == SQUARES:
         if data != []:
@@ -225,7 +225,7 @@ def _functional(data: Any, about: Figure, m: int) -> np.ndarray:
     return array
 
 
-def _best(data: Any, about: Figure) -> Best | None:
+def _best(data: Any, about: BoundedFigure) -> Best | None:
     if data is None:
         return None
     table = _table(data, "best", ("label", "value", "unit", "port"))
@@ -235,7 +235,7 @@ def _best(data: Any, about: Figure) -> Best | None:
     return Best(str(table["label"]), _number(table["value"], "best"), device)
 
 
-def _attained(data: Any, about: Figure) -> Attained | None:
+def _attained(data: Any, about: BoundedFigure) -> Attained | None:
     if data is None:
         return None
     table = _table(data, "reached", ("value", "unit", "how", "gap_percent", "points", "damper", "coefficients"))

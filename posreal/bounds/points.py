@@ -28,7 +28,7 @@ from posreal.admittance.positive_real import is_positive_real
 from posreal.admittance.roots import precision
 from posreal.bounds import ascent, device_at_points, one_passive_port, pick, shor_dual
 from posreal.bounds.certificate import NotProven, proven
-from posreal.bounds.figure import SQUARES, Figure, enclosed
+from posreal.bounds.figure import SQUARES, BoundedFigure, enclosed
 from posreal.bounds.interpolation_space import Point, in_words, width
 from posreal.bounds.objectives import objective
 from posreal.bounds.ritz import Attained, best_device
@@ -93,7 +93,7 @@ class Certificate:
     multipliers: Array
     functional: Array
 
-    def lower_bound(self, figure: Figure) -> float:
+    def lower_bound(self, figure: BoundedFigure) -> float:
         """J from below, rigorously: a float that is not above what the balls prove.
 
         Raises
@@ -112,12 +112,12 @@ class Certificate:
             digits *= 2
 
 
-def passive(figure: Figure) -> bool:
+def passive(figure: BoundedFigure) -> bool:
     """Whether every loop's port is passive, decided exactly."""
     return all(is_positive_real(figure.mobility(port)) for port in figure.loops)
 
 
-def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False, size: int | None = None) -> str:
+def choose_form(figure: BoundedFigure, wanted: str = "auto", *, places: bool = False, size: int | None = None) -> str:
     """The value form for mean squares where the places are free and many; else plain for one passive port, and lifted.
 
     Raises
@@ -145,13 +145,13 @@ def choose_form(figure: Figure, wanted: str = "auto", *, places: bool = False, s
     return LIFTED if reason else PLAIN
 
 
-def size_for(figure: Figure, form: str, effort: int) -> int:
+def size_for(figure: BoundedFigure, form: str, effort: int) -> int:
     """Number of points at an effort of 0 to 3."""
     return SIZES[_row(figure, form)][effort]
 
 
 def best_place(
-    figure: Figure, form: str, size: int, progress: Progress = lambda text: None, *, quick: bool = False
+    figure: BoundedFigure, form: str, size: int, progress: Progress = lambda text: None, *, quick: bool = False
 ) -> tuple[Place, ...]:
     """The best places for `size` points, rad/s; a quick search costs a quarter and proves some 0.04 % less.
 
@@ -215,7 +215,7 @@ def _short_number(value: float) -> float:
     return float(f"{value:.3g}")
 
 
-def _promised(figure: Figure, form: str, data: Sampled) -> float:
+def _promised(figure: BoundedFigure, form: str, data: Sampled) -> float:
     """What points prove about J, nearly; 0 where nothing."""
     if form == PLAIN:
         return one_passive_port.solve(data, objective(figure.combine, data), tolerance=1e-3).value
@@ -244,7 +244,7 @@ def exactly(where: Sequence[Place]) -> list[Point]:
 
 
 def certify(
-    figure: Figure,
+    figure: BoundedFigure,
     form: str,
     points: Sequence[Point],
     *,
@@ -264,7 +264,7 @@ def certify(
 
 
 def certify_values(
-    figure: Figure, size: int, progress: Progress = lambda text: None, *, quick: bool = False
+    figure: BoundedFigure, size: int, progress: Progress = lambda text: None, *, quick: bool = False
 ) -> ValueCertificate:
     """Points by windows, and a certificate there: in closed form for one loop (:mod:`pick`), else by :mod:`ascent`.
 
@@ -300,7 +300,7 @@ def certify_values(
     raise BadInput("nothing is proven at these points, so no bound is known for this figure")
 
 
-def attain(figure: Figure, size: int) -> Attained | None:
+def attain(figure: BoundedFigure, size: int) -> Attained | None:
     """The best passive device of high order, at most `size`, found for a mean square; None if none is."""
     if figure.combine != SQUARES:
         return None
@@ -329,7 +329,7 @@ def _lifted(data: Sampled, tolerance: float, progress: Progress | None) -> shor_
     return max(found, whole, key=lambda solution: solution.value)
 
 
-def _row(figure: Figure, form: str) -> str:
+def _row(figure: BoundedFigure, form: str) -> str:
     if form == VALUE and len(figure.loops) > 1:
         return "value, several loops"
     return "lifted, one loop" if form == LIFTED and len(figure.loops) == 1 else form
@@ -340,7 +340,7 @@ def _short(numbers: Array) -> Array:
     return np.array([float(f"{value:.11e}") for value in numbers.ravel()]).reshape(numbers.shape)
 
 
-def _damper(figure: Figure, points: Sequence[Point]) -> fmpq:
+def _damper(figure: BoundedFigure, points: Sequence[Point]) -> fmpq:
     """c0 that matches the ports at the points: about 1/P there, two digits."""
     logs = []
     for port in figure.loops:
@@ -351,7 +351,7 @@ def _damper(figure: Figure, points: Sequence[Point]) -> fmpq:
     return rounded(to_fmpq(math.exp(-sum(logs) / len(logs))), 2) if logs else fmpq(1)
 
 
-def _band(figure: Figure) -> tuple[float, float]:
+def _band(figure: BoundedFigure) -> tuple[float, float]:
     """The slowest and the fastest mode of the vehicle with a matched damper for device, rad/s."""
     plant, beside = figure.plant, figure.mounting.beside
     inside = Rational.zero() if beside is None else beside

@@ -11,7 +11,7 @@ from posreal.admittance import Rational
 from posreal.admittance.positive_real import require
 from posreal.bounds import document
 from posreal.bounds.certificate import NotProven
-from posreal.bounds.figure import Figure
+from posreal.bounds.figure import BoundedFigure
 from posreal.bounds.interpolation_space import in_words
 from posreal.bounds.points import Certificate, passive
 from posreal.bounds.ritz import Attained
@@ -77,7 +77,7 @@ class Bound:
     """
 
     value: float
-    figure: Figure
+    figure: BoundedFigure
     certificate: Certificate | ValueCertificate
     form: str
     passive: bool

@@ -27,7 +27,7 @@ from posreal.admittance import Rational
 from posreal.admittance.exact import to_float, to_fmpq
 from posreal.admittance.positive_real import require
 from posreal.admittance.state_space import StateSpace
-from posreal.bounds.figure import Figure
+from posreal.bounds.figure import BoundedFigure
 from posreal.bounds.interpolation_space import Point, Space, floats, width
 from posreal.bounds.values import sampled_at
 from posreal.bounds.windows import Windows
@@ -141,7 +141,7 @@ class HighOrder:
             A, v[:, None] / (1 - D), 2 * c0 / (1 - D) * C[None, :], np.array([[c0 * (1 + D) / (1 - D)]]), 0.0, 0.0
         )
 
-    def measure(self, figure: Figure) -> float:
+    def measure(self, figure: BoundedFigure) -> float:
         """J with it, by covariance, after passivity was decided exactly.
 
         Raises
@@ -161,7 +161,7 @@ class Attained:
     value: float
 
 
-def best_device(figure: Figure, shapes: Sequence[Windows], size: int, c0: fmpq) -> Attained | None:
+def best_device(figure: BoundedFigure, shapes: Sequence[Windows], size: int, c0: fmpq) -> Attained | None:
     """A device of order `size`, nearly the best with poles by the best of some windows; None where all fail."""
     found: list[tuple[float, tuple[Point, ...], Array]] = []
     for shape in shapes:
@@ -193,7 +193,7 @@ def _frequencies(points: Sequence[Point], each: int) -> Array:
     return np.geomspace(min(sizes) / _BEYOND, max(sizes) * _BEYOND, each * sum(map(width, points)))
 
 
-def _minimise(figure: Figure, basis: Array, omega: Array, c0: float) -> tuple[Array, float]:
+def _minimise(figure: BoundedFigure, basis: Array, omega: Array, c0: float) -> tuple[Array, float]:
     """The coefficients, from σ = 0, and J² on the grid."""
     rows, r = len(figure.rows), len(figure.loops)
     table = sampled_at(figure, 1j * omega, c0)

@@ -40,7 +40,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from posreal.admittance.roots import precision
 from posreal.bounds.certificate import NotProven
-from posreal.bounds.figure import SQUARES, Figure
+from posreal.bounds.figure import SQUARES, BoundedFigure
 from posreal.bounds.interpolation_space import Point, width
 from posreal.bounds.values import Values, distinct, enclosed_values
 from posreal.errors import BadInput
@@ -75,7 +75,7 @@ class ValueCertificate:
     multipliers: Array
     functional: Array
 
-    def lower_bound(self, figure: Figure) -> float:
+    def lower_bound(self, figure: BoundedFigure) -> float:
         """J from below, rigorously: a float that is not above what the balls prove.
 
         Raises
@@ -95,7 +95,7 @@ class ValueCertificate:
             raise NotProven("this certificate proves nothing: its quadratic form is not shown to be positive definite")
         return math.nextafter(float((ball.lower() if ball.lower() > 0 else arb(0)).sqrt().lower()), 0.0)
 
-    def _proven(self, figure: Figure) -> arb | None:
+    def _proven(self, figure: BoundedFigure) -> arb | None:
         """A ball around a lower bound on J²; None where M ≻ 0 is not shown at the precision in force."""
         seen = enclosed_values(figure, self.points, self.damper)
         C = matrix_of(complex_rows(balls(self.factor), self.points, len(figure.loops)))

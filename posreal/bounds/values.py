@@ -28,7 +28,7 @@ from flint import acb, acb_mat, arb, fmpq
 
 from posreal.admittance.exact import to_float, to_fmpq
 from posreal.admittance.roots import value
-from posreal.bounds.figure import SQUARES, Figure
+from posreal.bounds.figure import SQUARES, BoundedFigure
 from posreal.bounds.interpolation_space import Point, in_words, matrix
 from posreal.errors import BadInput
 
@@ -94,7 +94,7 @@ def distinct(points: Sequence[Point]) -> bool:
     return len(set(points)) == len(points) and all(point[1] < 1 for point in points if isinstance(point, tuple))
 
 
-def enclosed_values(figure: Figure, points: Sequence[Point], c0: fmpq) -> Values:
+def enclosed_values(figure: BoundedFigure, points: Sequence[Point], c0: fmpq) -> Values:
     """Balls at the precision in force.
 
     Raises
@@ -119,7 +119,7 @@ def enclosed_values(figure: Figure, points: Sequence[Point], c0: fmpq) -> Values
     return _values(figure, np.array(s, dtype=object), table)
 
 
-def sampled_values(figure: Figure, points: Sequence[Point], c0: fmpq) -> Values:
+def sampled_values(figure: BoundedFigure, points: Sequence[Point], c0: fmpq) -> Values:
     """Floats; all points in one go."""
     upper: list[complex] = []
     for point in points:
@@ -132,7 +132,7 @@ def sampled_values(figure: Figure, points: Sequence[Point], c0: fmpq) -> Values:
     return _values(figure, np.where(lower, s.conj(), s), np.where(lower, table[:, pick].conj(), table[:, pick]))
 
 
-def sampled_at(figure: Figure, s: Array, c0: float) -> Array:
+def sampled_at(figure: BoundedFigure, s: Array, c0: float) -> Array:
     """τ of every output, oᵢ of every loop and output, wᵢ of every loop, without any scaling, at complex floats."""
     plant, count = figure.plant, len(figure.rows)
     found = plant.responses_at(s, *figure.weights)
@@ -145,7 +145,7 @@ def sampled_at(figure: Figure, s: Array, c0: float) -> Array:
     return np.array(_loops(list(driven), ports, beside, behind, c0))
 
 
-def _at(figure: Figure, s: acb, c0: fmpq, point: Point) -> list[acb]:
+def _at(figure: BoundedFigure, s: acb, c0: fmpq, point: Point) -> list[acb]:
     """The same at one ball."""
     plant, rows, loops = figure.plant, figure.rows, figure.loops
     channels, count, n = plant.Bw.shape[1], len(rows), len(plant.A)
@@ -194,7 +194,7 @@ def _loops(tau: list[Any], ports: list[tuple[Any, Any, list[Any]]], beside: Any,
     return [*tau, *o, *w]
 
 
-def _values(figure: Figure, s: Array, table: Array) -> Values:
+def _values(figure: BoundedFigure, s: Array, table: Array) -> Values:
     """Scaled by n and the outputs' weights."""
     assert figure.combine == SQUARES
     count, r = len(figure.rows), len(figure.loops)

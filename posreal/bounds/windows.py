@@ -17,7 +17,7 @@ from flint import fmpq
 
 from posreal.admittance.exact import to_fmpq
 from posreal.bounds import pick
-from posreal.bounds.figure import Figure
+from posreal.bounds.figure import BoundedFigure
 from posreal.bounds.interpolation_space import Point
 from posreal.bounds.values import sampled_values
 from posreal.errors import BadInput, PosrealError
@@ -72,7 +72,7 @@ class Windows:
 
 
 def best_windows(
-    figure: Figure,
+    figure: BoundedFigure,
     size: int,
     band: tuple[float, float],
     c0: fmpq,
@@ -126,7 +126,7 @@ def _moved(shape: Windows, k: int, step: float) -> Windows:
     return replace(shape, log_T=log_T)
 
 
-def _worth(figure: Figure, shape: Windows, size: int, c0: fmpq) -> float:
+def _worth(figure: BoundedFigure, shape: Windows, size: int, c0: fmpq) -> float:
     """J at the points, nearly; 0 where floats fail."""
     if not _ALPHA[0] <= np.exp(shape.log_alpha) <= _ALPHA[1]:
         return 0.0

@@ -66,7 +66,7 @@ def diagram(
     margin = 2 + len(left) + 2
     root = _fitted(_part(network, iter(network.names)), width - margin - 2 - len(right))
     if root.listed:
-        root = _Part("named", [root])
+        root = _Drawn("named", [root])
     apart = _named_parts(root)
     names = {id(part): _letters(i) for i, part in enumerate(apart)}
     blocks = [_framed(_box(root, names), f"  {left} ─", f"─ {right}")]
@@ -84,11 +84,11 @@ def diagram(
 
 
 @dataclass(eq=False)
-class _Part:
+class _Drawn:
     """A node of what is drawn: like the network's tree, with parts that are drawn apart."""
 
     kind: str  # tag, series, parallel, graph, named
-    children: list[_Part] = field(default_factory=list)
+    children: list[_Drawn] = field(default_factory=list)
     text: str = ""
     graph: Graph | None = None
     levers: list[str] = field(default_factory=list)
@@ -96,24 +96,24 @@ class _Part:
     size: int = 0  # columns
 
 
-def _part(network: Network, names: Iterator[str]) -> _Part:
+def _part(network: Network, names: Iterator[str]) -> _Drawn:
     if isinstance(network, Element):
-        return _Part("tag", text=f"[ {next(names)} ]")
+        return _Drawn("tag", text=f"[ {next(names)} ]")
     children = [_part(child, names) for child in network.children]
     if isinstance(network, Graph):
-        return _Part("graph", children, graph=network, levers=[f"[ {next(names)} ]" for _ in network.levers])
-    return _Part("series" if isinstance(network, Series) else "parallel", children)
+        return _Drawn("graph", children, graph=network, levers=[f"[ {next(names)} ]" for _ in network.levers])
+    return _Drawn("series" if isinstance(network, Series) else "parallel", children)
 
 
-def _fitted(part: _Part, limit: int) -> _Part:
+def _fitted(part: _Drawn, limit: int) -> _Drawn:
     """The part with what makes it wider than the limit taken out and named, from the leaves up."""
     part.children = [_fitted(child, limit) for child in part.children]
-    part.children = [_Part("named", [child]) if child.listed else child for child in part.children]
+    part.children = [_Drawn("named", [child]) if child.listed else child for child in part.children]
     while _size(part) > limit and not part.listed:
         wide = [child for child in part.children if child.kind not in ("tag", "named")]
         if wide:
             widest = max(wide, key=lambda child: child.size)
-            part.children[part.children.index(widest)] = _Part("named", [widest])
+            part.children[part.children.index(widest)] = _Drawn("named", [widest])
         elif part.kind == "graph":
             part.listed = True
         else:
@@ -121,24 +121,24 @@ def _fitted(part: _Part, limit: int) -> _Part:
     return part
 
 
-def _grouped(children: list[_Part], limit: int) -> list[_Part]:
+def _grouped(children: list[_Drawn], limit: int) -> list[_Drawn]:
     """A chain of tags too long for one row, as a chain of named rows."""
-    rows: list[list[_Part]] = [[]]
+    rows: list[list[_Drawn]] = [[]]
     for child in children:
-        if rows[-1] and _size(_Part("series", [*rows[-1], child])) > limit:
+        if rows[-1] and _size(_Drawn("series", [*rows[-1], child])) > limit:
             rows.append([])
         rows[-1].append(child)
-    return [row[0] if len(row) == 1 else _Part("named", [_Part("series", row)]) for row in rows]
+    return [row[0] if len(row) == 1 else _Drawn("named", [_Drawn("series", row)]) for row in rows]
 
 
-def _size(part: _Part) -> int:
+def _size(part: _Drawn) -> int:
     part.size = len(_box(part, {})[0])
     return part.size
 
 
-def _named_parts(root: _Part) -> list[_Part]:
+def _named_parts(root: _Drawn) -> list[_Drawn]:
     """What is drawn apart, in the order in which a reader meets it."""
-    found: list[_Part] = []
+    found: list[_Drawn] = []
     level = [root]
     while level:
         names = [inner for part in level for inner in _inside(part)]
@@ -147,7 +147,7 @@ def _named_parts(root: _Part) -> list[_Part]:
     return found
 
 
-def _inside(part: _Part) -> Iterator[_Part]:
+def _inside(part: _Drawn) -> Iterator[_Drawn]:
     for child in [part] if part.kind == "named" else part.children:
         if child.kind == "named":
             yield child.children[0]
@@ -159,7 +159,7 @@ def _letters(index: int) -> str:
     return chr(65 + index) if index < 26 else chr(65 + (index // 26 - 1) % 26) + chr(65 + index % 26)
 
 
-def _box(part: _Part, names: dict[int, str]) -> Box:
+def _box(part: _Drawn, names: dict[int, str]) -> Box:
     if part.kind == "tag":
         return [part.text]
     if part.kind == "named":
@@ -173,7 +173,7 @@ def _box(part: _Part, names: dict[int, str]) -> Box:
     return railtext.drawn(boxes, part.levers, part.graph)
 
 
-def _listing(part: _Part, names: dict[int, str], width: int) -> Box:
+def _listing(part: _Drawn, names: dict[int, str], width: int) -> Box:
     assert part.graph is not None
     return railtext.listing([_box(child, names)[0] for child in part.children], part.levers, part.graph, width)
 

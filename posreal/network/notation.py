@@ -62,11 +62,11 @@ def parse(text: str) -> Network:
         raise BadDevice(f"{shown(text)} is not text; write a network such as 'k=2e5 | (c=2e4 + b=300)'.")
     if len(text) > LONGEST:
         raise BadDevice(f"This text has {len(text)} characters; a network is read up to {LONGEST}.")
-    return _Reader(text).whole()
+    return _NotationReader(text).whole()
 
 
 @dataclass
-class _Reader:
+class _NotationReader:
     """Recursive descent, one character position at a time."""
 
     text: str

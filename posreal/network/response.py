@@ -26,7 +26,7 @@ Array = NDArray[Any]
 _POWER = {"k": -1, "c": 0, "b": 1}  # of s in an element's admittance
 
 
-class Step(Protocol):
+class JointStep(Protocol):
     """One joint of the tree: fills its own slot from its children's, and passes adjoints back."""
 
     def up(self, y: Array, levers: Array) -> None: ...
@@ -42,7 +42,7 @@ class Joined(Protocol):
 
     def elements(self) -> Sequence[Any]: ...
 
-    def _step(self, slot: int, children: slice, first_lever: int) -> Step | None: ...
+    def _step(self, slot: int, children: slice, first_lever: int) -> JointStep | None: ...
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Response:
     Call it for Y alone; `evaluate` adds the gradient.
     """
 
-    def __init__(self, kinds: Sequence[str], slots: Sequence[int], steps: Sequence[Step], size: int) -> None:
+    def __init__(self, kinds: Sequence[str], slots: Sequence[int], steps: Sequence[JointStep], size: int) -> None:
         self._steps = steps  # from the leaves to the root, which is slot 0
         self._size = size
         self._branches = np.array([i for i, kind in enumerate(kinds) if kind in _POWER], dtype=int)
@@ -217,7 +217,7 @@ def compiled(network: Joined) -> Response:
     """Number the joints breadth first, so that the children of each stand side by side in memory."""
     kinds = [element.letter for element in network.elements()]
     slots = [-1] * len(kinds)
-    steps: list[Step] = []
+    steps: list[JointStep] = []
     queue = deque([(network, 0, 0)])  # node, its slot, index of its first element
     size = 1
     while queue:

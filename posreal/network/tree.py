@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from posreal.admittance.rational import Rational
 from posreal.errors import BadDevice, BadInput, listed, shown
-from posreal.network.response import ParallelStep, Response, SeriesStep, Step, compiled
+from posreal.network.response import JointStep, ParallelStep, Response, SeriesStep, compiled
 from posreal.network.value import Value, read_value, write_value
 from posreal.units import exact_quantity
 
@@ -150,7 +150,7 @@ class Network(ABC):
         """Its text in the notation (see `posreal.network.notation`), its elements called by the next names."""
 
     @abstractmethod
-    def _step(self, slot: int, children: slice, first_lever: int) -> Step | None:
+    def _step(self, slot: int, children: slice, first_lever: int) -> JointStep | None:
         """What it does to its children's admittances in a `Response`; None for an element."""
 
     @property
@@ -406,7 +406,7 @@ class Series(_Joined):
     def size(self) -> int:  # type: ignore[override]
         return len(self.children) + 1
 
-    def _step(self, slot: int, children: slice, first_lever: int) -> Step:
+    def _step(self, slot: int, children: slice, first_lever: int) -> JointStep:
         return SeriesStep(slot, children)
 
     def admittance(self) -> Rational:
@@ -423,7 +423,7 @@ class Parallel(_Joined):
     def branches(self) -> tuple[tuple[int, int, Network], ...]:  # type: ignore[override]
         return tuple((1, 0, child) for child in self.children)
 
-    def _step(self, slot: int, children: slice, first_lever: int) -> Step:
+    def _step(self, slot: int, children: slice, first_lever: int) -> JointStep:
         return ParallelStep(slot, children)
 
     def admittance(self) -> Rational:

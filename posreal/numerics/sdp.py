@@ -74,7 +74,7 @@ class Program:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Solution:
     """What the solver returned, and how it called it; the unknowns are a proposal, never evidence."""
 
     unknowns: Unknowns | None
@@ -88,7 +88,7 @@ def minimise(
     cones: Sequence[Affine] = (),
     *,
     iterations: int = 60,
-) -> Outcome:
+) -> Solution:
     """Solve the semidefinite program of the module's formula.
 
     Parameters
@@ -138,7 +138,7 @@ def minimise(
     solution = solver.solve()
     y = np.array(solution.x)
     found = bool(np.all(np.isfinite(y))) and "Infeasible" not in str(solution.status)  # y is then a certificate
-    return Outcome(
+    return Solution(
         {name: part[0] for name, part in _split(shapes, y[None, :]).items()} if found else None,
         str(solution.status),
     )

@@ -141,7 +141,7 @@ class Functional(Protocol):
 
 
 @dataclass(frozen=True)
-class RootMeanSquare:
+class RootMeanSquareFunctional:
     """F² = Σ w |z|², density and unit in `weight`."""
 
     weight: Real
@@ -173,7 +173,7 @@ class Norms:
 
 
 @dataclass(frozen=True)
-class PeakInTime:
+class PeakInTimeFunctional:
     """The largest local maxima of |y(t)| on 0 … `stop` seconds.
 
     Attributes
@@ -219,7 +219,7 @@ def largest(size: Real) -> np.ndarray:
     return np.concatenate([tops, np.argsort(size, kind="stable")[: MAXIMA - len(tops)]]).astype(int)
 
 
-def laplace_line(stop: float, input_corners: Corners, unit: float) -> PeakInTime:
+def laplace_line(stop: float, input_corners: Corners, unit: float) -> PeakInTimeFunctional:
     """The functional for an input made of ramps, w(t) = Σ change · max(0, t − instant).
 
     Parameters
@@ -237,7 +237,7 @@ def laplace_line(stop: float, input_corners: Corners, unit: float) -> PeakInTime
     W = sum(change * np.exp(-s * instant) for instant, change in input_corners) / s**2
     weight = np.full(len(s), step / np.pi)
     weight[0] /= 2
-    return PeakInTime(s, unit * weight * W, stop)
+    return PeakInTimeFunctional(s, unit * weight * W, stop)
 
 
 @dataclass(frozen=True)
@@ -336,7 +336,7 @@ class PeakGain:
 
 
 @dataclass(frozen=True)
-class Sum:
+class WeightedFigures:
     """Σ weight · (each part's largest number but for the first part, whose numbers all count)."""
 
     parts: tuple[tuple[float, Figure], ...] = field(default=())

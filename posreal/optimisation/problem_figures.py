@@ -15,7 +15,16 @@ import numpy as np
 from posreal.errors import BadInput
 from posreal.metric import Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
 from posreal.optimisation.coordinates import Coordinates
-from posreal.optimisation.figure import Figure, Inside, PeakGain, PortFigure, RootMeanSquare, Slopes, Sum, laplace_line
+from posreal.optimisation.figure import (
+    Figure,
+    Inside,
+    PeakGain,
+    PortFigure,
+    RootMeanSquareFunctional,
+    Slopes,
+    WeightedFigures,
+    laplace_line,
+)
 from posreal.optimisation.mean_square import Modes, beside, mean_square, opened
 from posreal.optimisation.scaling import Scale
 from posreal.plant import hinf_norm
@@ -110,7 +119,9 @@ def figure_of(problem: Problem, name: str, scale: Scale, light: Modes = (), pane
     if isinstance(metric, StaticStiffness | Inertance):
         return _at_the_ends(problem, name, scale, inertance=isinstance(metric, Inertance))
     if isinstance(metric, WeightedSum):
-        return Sum(tuple((weight, _figure_of(problem, part, scale, light, panels)) for weight, part in metric.parts))
+        return WeightedFigures(
+            tuple((weight, _figure_of(problem, part, scale, light, panels)) for weight, part in metric.parts)
+        )
     return _figure(problem, name, scale, light, panels)
 
 
@@ -122,7 +133,11 @@ def objective_figures(problem: Problem, scale: Scale, light: Modes = (), panels:
             found.append(figure_of(point, problem.base_objective, scale, light, panels))
         else:
             parts = [(weight, _figure(point, name, scale, light, panels)) for name, weight in point.goal.parts]
-            found += [Sum(tuple(parts))] if point.goal.kind == "sum" else [Sum((part,)) for part in parts]
+            found += (
+                [WeightedFigures(tuple(parts))]
+                if point.goal.kind == "sum"
+                else [WeightedFigures((part,)) for part in parts]
+            )
     return tuple(found)
 
 
@@ -152,7 +167,7 @@ def _mean_square(problem: Problem, name: str, scale: Scale, light: Modes, panels
     goal = problem.goal if name == problem.base_objective else None
     posed = replace(problem, objective=name, goal=goal, points=())
     J = mean_square(posed, primary_open=opened(problem), panels=panels, light=light)
-    return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquare(J.scale * J.weight))
+    return PortFigure(Inside(problem, scale, J.s), J.port, RootMeanSquareFunctional(J.scale * J.weight))
 
 
 def _at_the_ends(problem: Problem, metric: str, scale: Scale, *, inertance: bool) -> AtTheEnds | AtTheEndsOfAStrut:

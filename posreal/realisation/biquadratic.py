@@ -35,7 +35,7 @@ from posreal.network import Network, bridge, parallel, series
 from posreal.realisation.elements import damper, dual, inerter, spring
 from posreal.realisation.frequency_inversion import turned_device, turned_network
 from posreal.realisation.multiprecision import Long, shortened, square_root
-from posreal.realisation.preamble import Recurse, Synthesis
+from posreal.realisation.preamble import CycleMethod, Recurse
 from posreal.realisation.proof import branch_residual
 
 T = fmpq_poly([0, 1])
@@ -53,7 +53,7 @@ def fewest(y: Rational, arithmetic: Long) -> Network:
     if y.degree != 2:
         raise DoesNotApply(f"This method serves functions of degree 2 and this one has degree {y.degree}.")
     if is_regular(y):
-        return Synthesis(_no_cycle, arithmetic)(y)
+        return CycleMethod(_no_cycle, arithmetic)(y)
     for network in _five_elements(y, arithmetic):
         if branch_residual(network, y) < float(arithmetic.tolerance):
             return network

@@ -8,7 +8,7 @@ from posreal.admittance import Rational
 from posreal.network import Network
 from posreal.realisation import biquadratic, bott_duffin, brune, cauer, foster, reza_pantell
 from posreal.realisation.multiprecision import Long
-from posreal.realisation.preamble import Synthesis
+from posreal.realisation.preamble import CycleMethod
 
 Method = Callable[[Rational, Long], Network]
 
@@ -20,7 +20,7 @@ METHODS: dict[str, Method] = {
     "cauer-1": cauer.from_infinity,
     "cauer-2": cauer.from_zero,
     "biquadratic": biquadratic.fewest,
-    "brune": lambda y, arithmetic: Synthesis(brune.cycle, arithmetic)(y),
-    "reza-pantell": lambda y, arithmetic: Synthesis(reza_pantell.cycle, arithmetic)(y),
-    "bott-duffin": lambda y, arithmetic: Synthesis(bott_duffin.cycle, arithmetic)(y),
+    "brune": lambda y, arithmetic: CycleMethod(brune.cycle, arithmetic)(y),
+    "reza-pantell": lambda y, arithmetic: CycleMethod(reza_pantell.cycle, arithmetic)(y),
+    "bott-duffin": lambda y, arithmetic: CycleMethod(bott_duffin.cycle, arithmetic)(y),
 }

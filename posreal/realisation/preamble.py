@@ -40,7 +40,7 @@ TRY_BOTH = 4  # up to this degree, dampers are tried on both sides of a minimum 
 
 
 @dataclass(frozen=True)
-class Synthesis:
+class CycleMethod:
     """The preamble, with the cycle that takes over at minimum functions; `small` is asked first, of every remainder."""
 
     cycle: Cycle

@@ -21,7 +21,7 @@ from posreal.realisation.idle_dampers import without_negligible
 from posreal.realisation.lift import lifted, typical_size
 from posreal.realisation.methods import METHODS, WITH_LEVERS, Method
 from posreal.realisation.multiprecision import Long
-from posreal.realisation.preamble import Synthesis
+from posreal.realisation.preamble import CycleMethod
 from posreal.realisation.proof import Proof, corners, require_proof
 from posreal.realisation.small import Few
 
@@ -244,7 +244,7 @@ def realise_all(
             small = Few(arithmetic, progress or (lambda text: None))
             network = small(target, fewest - 1)
             if network is None and fewest > small.largest and not lift:
-                network = Synthesis(reza_pantell.cycle, arithmetic, small)(target)
+                network = CycleMethod(reza_pantell.cycle, arithmetic, small)(target)
             if network is None or len(network) >= fewest:
                 raise DoesNotApply("No network was found that is smaller than those of the methods.")
             return network

@@ -50,7 +50,7 @@ _WHY = {
 
 
 @dataclass(frozen=True)
-class Row:
+class ReproducedRow:
     """One published row beside ours."""
 
     layout: Layout
@@ -78,7 +78,7 @@ class Row:
 class Reproduction:
     """All tables; ``str()`` prints them."""
 
-    tables: Mapping[int, tuple[Row, ...]]
+    tables: Mapping[int, tuple[ReproducedRow, ...]]
     airspring: Mapping[str, Measured]
     lateral_default: Mapping[str, Measured]
 
@@ -232,7 +232,7 @@ def reproduce(
         Of the optimiser, for each row.
     progress : function of str, optional
     """
-    tables: dict[int, list[Row]] = {2: [], 3: [], 6: []}
+    tables: dict[int, list[ReproducedRow]] = {2: [], 3: [], 6: []}
     for entry in layouts():
         for published in entry.published:
             if progress is not None:
@@ -242,10 +242,14 @@ def reproduce(
                 posed.with_vehicle(published.vehicle), entry, published.values, vehicle=published.vehicle
             )
             optimum = optimise(posed, entry, starts=starts, seed=seed, jobs=jobs)
-            tables[published.table].append(Row(entry, published, next(iter(published.figures)), there, optimum))
+            tables[published.table].append(
+                ReproducedRow(entry, published, next(iter(published.figures)), there, optimum)
+            )
     vertical = problem("vertical-comfort")
     bare = next(entry for entry in layouts() if entry.name == "S6")
-    tables[6].append(Row(bare, None, "J1z_T", None, optimise(vertical, bare, starts=starts, seed=seed, jobs=jobs)))
+    tables[6].append(
+        ReproducedRow(bare, None, "J1z_T", None, optimise(vertical, bare, starts=starts, seed=seed, jobs=jobs))
+    )
     tables[6].sort(key=lambda row: row.layout.name)
     for number in (2, 3):
         tables[number].sort(key=lambda row: (row.optimum.problem.name, row.layout.name))

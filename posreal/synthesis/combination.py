@@ -35,7 +35,7 @@ from posreal.optimisation.nonlinear_program import Judge
 from posreal.optimisation.scaling import Scale, reference
 from posreal.specification.problem import Problem
 from posreal.synthesis import path_following, rounding
-from posreal.synthesis.incumbent import Search
+from posreal.synthesis.incumbent import Incumbent
 from posreal.synthesis.lmi_starts import programs
 from posreal.synthesis.multistart import local
 from posreal.synthesis.result import Step, Synthesis
@@ -114,7 +114,7 @@ def synthesise(
         raise BadInput(f"jobs is {jobs}; give the number of processes, or -1 for all cores")
     clock = time.monotonic()
     scale = reference(problem)
-    search = Search(Judge(problem, scale), jobs, progress or (lambda text: None))
+    search = Incumbent(Judge(problem, scale), jobs, progress or (lambda text: None))
     plan = _Plan(method, starts, seed, settings or path_following.Settings())
     begun = [Candidate(device, search.judge.nominal) for device in _warm(warm, scale, order, spring, inerter)]
     interrupted = False
@@ -157,7 +157,7 @@ class _Plan:
 
 
 def _best(
-    search: Search,
+    search: Incumbent,
     plan: _Plan,
     order: int,
     spring: bool,
@@ -198,7 +198,7 @@ def _best(
 
 
 def _inequalities_alone(
-    search: Search,
+    search: Incumbent,
     plan: _Plan,
     order: int,
     starts: int,
@@ -221,7 +221,7 @@ def _distinct_parameters(candidates: Sequence[Mapping[str, float]]) -> list[Mapp
 
 
 def _reported(
-    search: Search, plan: _Plan, order: int, freedoms: tuple[bool, bool], clock: float, interrupted: bool
+    search: Incumbent, plan: _Plan, order: int, freedoms: tuple[bool, bool], clock: float, interrupted: bool
 ) -> Synthesis:
     """The best device as an exact admittance, measured by the problem's own metrics, and nudged inside its limits."""
     problem, scale = search.judge.problem, search.judge.scale
@@ -289,7 +289,7 @@ def _warm(devices: Sequence[Device], scale: Scale, order: int, spring: bool, ine
     return found
 
 
-def _presented(search: Search, scale: Scale) -> tuple[Rational, str]:
+def _presented(search: Incumbent, scale: Scale) -> tuple[Rational, str]:
     """The best device as an exact admittance in few digits, and a note where there are many."""
     judge, best = search.judge, search.best
 

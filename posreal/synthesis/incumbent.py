@@ -21,7 +21,7 @@ Task = tuple[Chart, Candidate, int, float]
 
 
 @dataclass
-class Search:
+class Incumbent:
     """State of a synthesis: everything that is found is offered to it.
 
     Attributes

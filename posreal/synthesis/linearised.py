@@ -42,7 +42,7 @@ SMALL = 1e-10  # of trace X, beside γ: of all X that prove the largest gain, on
 
 
 @dataclass(frozen=True)
-class Norm:
+class LinearisedNorm:
     """One norm of the closed vehicle: as the inequalities see it, and the exact figure that it is measured by.
 
     Attributes
@@ -58,9 +58,9 @@ class Norm:
     largest_gain: bool
     figure: PortFigure | PeakGain
 
-    def at(self, device: PortHamiltonian, unknowns: Unknowns, name: str) -> Bound:
+    def at(self, device: PortHamiltonian, unknowns: Unknowns, name: str) -> NormBound:
         """The bound at a device whose entries are `unknowns`; `name` tells its own unknowns from other bounds'."""
-        kind = LargestGain if self.largest_gain else MeanSquare
+        kind = HInfinityBound if self.largest_gain else H2Bound
         return kind(self, device, unknowns, name)
 
     def value(self, device: PortHamiltonian) -> float:
@@ -80,7 +80,7 @@ class Norm:
         return {name: np.ravel(part.real) for name, part in parts.items()}
 
 
-class Bound(Protocol):
+class NormBound(Protocol):
     """An upper bound on a norm near a device, affine in the unknowns under its own inequality and cones."""
 
     shapes: dict[str, Shape]
@@ -130,7 +130,7 @@ class LoopAt:
         return _transformed(loop, self.T)
 
 
-class MeanSquare:
+class H2Bound:
     """The H2 norm: trace BᵀXB over the H2 inequality, and to second order what linearising dropped.
 
     That is the form q(δ) = 2 trace (Y dA + B dBᵀ)ᵀ X₁(δ) + trace dBᵀX dB with A Y + Y Aᵀ + B Bᵀ = 0 and X₁ the first
@@ -138,7 +138,7 @@ class MeanSquare:
     is steepest descent between inequalities and stalls; with it, it ends in a few Newton-like steps.
     """
 
-    def __init__(self, norm: Norm, device: PortHamiltonian, unknowns: Unknowns, name: str) -> None:
+    def __init__(self, norm: LinearisedNorm, device: PortHamiltonian, unknowns: Unknowns, name: str) -> None:
         loop = LoopAt.of(norm.plant, unknowns)
         self._loop = loop.in_coordinates(_observed(loop.here))
         here = self._loop.here
@@ -183,7 +183,7 @@ class MeanSquare:
         return slope, _convex(q + q.T + np.einsum("iac,jac->ij", X @ dB, dB))
 
 
-class LargestGain:
+class HInfinityBound:
     """The H∞ norm: γ over the bounded-real inequality, and to second order the gain at each of its peaks.
 
     The X to linearise at is the one that proves the current norm, found from the same inequality with the device
@@ -192,7 +192,7 @@ class LargestGain:
     frequency moving), stays below γ as well.
     """
 
-    def __init__(self, norm: Norm, device: PortHamiltonian, unknowns: Unknowns, name: str) -> None:
+    def __init__(self, norm: LinearisedNorm, device: PortHamiltonian, unknowns: Unknowns, name: str) -> None:
         self._value, self._name = norm.value(device), name
         loop = LoopAt.of(norm.plant.amplified(1 / self._value), unknowns)
         self._loop = loop.in_coordinates(_observed(loop.here))

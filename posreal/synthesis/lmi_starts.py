@@ -22,8 +22,8 @@ from posreal.optimisation.scaling import Scale
 from posreal.specification.problem import Problem
 from posreal.synthesis import path_following
 from posreal.synthesis.generalised_plant import damped_plant, generalised_plant
-from posreal.synthesis.incumbent import Search
-from posreal.synthesis.linearised import Norm, Sector
+from posreal.synthesis.incumbent import Incumbent
+from posreal.synthesis.linearised import LinearisedNorm, Sector
 from posreal.synthesis.starts import faces, inside, lifted
 
 SLACK = 1.01  # a drawn device that near the best may be preferred for its damping
@@ -37,7 +37,7 @@ AT_THE_ENDS = ("static_stiffness", "inertance")  # metrics that the spring and i
 
 
 def programs(
-    search: Search,
+    search: Incumbent,
     order: int,
     starts: int,
     settings: path_following.Settings,
@@ -138,13 +138,13 @@ def goals_of(problem: Problem, scale: Scale) -> path_following.Goals:
     """
     present = replace(problem, free={})
 
-    def norm(point: Problem, metric: str) -> Norm:
+    def norm(point: Problem, metric: str) -> LinearisedNorm:
         plant = generalised_plant(point, scale, metric)
         figure = figure_of(point, metric, scale)
         assert isinstance(figure, PortFigure | PeakGain)
-        return Norm(plant, metric.startswith("gain_"), figure)
+        return LinearisedNorm(plant, metric.startswith("gain_"), figure)
 
-    sums: list[tuple[tuple[float, Norm], ...]] = []
+    sums: list[tuple[tuple[float, LinearisedNorm], ...]] = []
     for point in (present, *present.at_points.values()):
         goal = point.goal
         parts = ((point.base_objective, 1.0),) if goal is None or goal.kind == "norm" else goal.parts
@@ -174,7 +174,7 @@ def goals_of(problem: Problem, scale: Scale) -> path_following.Goals:
 
 
 def _drawn(
-    search: Search,
+    search: Incumbent,
     goals: path_following.Goals,
     chart: Chart,
     known: Sequence[Candidate],
@@ -205,7 +205,7 @@ def _drawn(
 
 
 def _restored(
-    search: Search,
+    search: Incumbent,
     goals: path_following.Goals,
     chart: Chart,
     devices: Sequence[PortHamiltonian],

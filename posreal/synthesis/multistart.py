@@ -16,7 +16,7 @@ from posreal.metric.damping_ratio import least_damping
 from posreal.optimisation.coordinates import Chart
 from posreal.optimisation.criterion import Candidate
 from posreal.optimisation.damping import SEARCH_SPEEDS
-from posreal.synthesis.incumbent import AGREED, Found, Search, Task
+from posreal.synthesis.incumbent import AGREED, Found, Incumbent, Task
 from posreal.synthesis.starts import RESONANCES, faces, inside, lifted, random_starts, resonant, shaken
 
 CONTENDER = 1.005  # a face whose best is that near the best of all is worth full convergence
@@ -36,7 +36,7 @@ AGAIN = 24  # candidates measured anew on each
 
 
 def local(
-    search: Search,
+    search: Incumbent,
     order: int,
     starts: int,
     spring: bool,
@@ -104,7 +104,7 @@ def _known(charts: Sequence[Chart], begun: Sequence[Candidate], rng: np.random.G
 
 
 def _fresh(
-    search: Search, charts: tuple[Chart, ...], bases: Sequence[Candidate], count: int, rng: np.random.Generator
+    search: Incumbent, charts: tuple[Chart, ...], bases: Sequence[Candidate], count: int, rng: np.random.Generator
 ) -> list[Task]:
     """Random devices; where a damping has to be kept, which few do, three of four are known ones with resonators.
 
@@ -140,7 +140,7 @@ def _fresh(
 
 
 def _with_resonators(
-    search: Search, chart: Chart, base: Candidate, band: tuple[float, float], rng: np.random.Generator
+    search: Incumbent, chart: Chart, base: Candidate, band: tuple[float, float], rng: np.random.Generator
 ) -> Candidate:
     """A known device with resonators, and what the chart has beside it drawn where the device has none."""
     own = base.device
@@ -149,7 +149,7 @@ def _with_resonators(
     return Candidate(resonant(inner, chart.order, rng, band), _retuned(search, base.parameters, rng))
 
 
-def _critical_mode(search: Search, base: Candidate) -> float:
+def _critical_mode(search: Incumbent, base: Candidate) -> float:
     """Natural frequency, over ω0, of the mode that a device leaves least damped."""
     judge = search.judge
     port = judge.problem.mounting.port(judge.scale.admittance(base.device.rational()))
@@ -158,17 +158,17 @@ def _critical_mode(search: Search, base: Candidate) -> float:
     return 2 * math.pi * mode.frequency / judge.scale.omega
 
 
-def _promise(search: Search, candidate: Candidate) -> float:
+def _promise(search: Incumbent, candidate: Candidate) -> float:
     """The objective, and more where damping is short."""
     short = max(0.0, -search.judge.spare(candidate))
     return search.judge.value(candidate) * (1 + SHORT * short)
 
 
-def _shaken(search: Search, chart: Chart, candidate: Candidate, rng: np.random.Generator) -> Candidate:
+def _shaken(search: Incumbent, chart: Chart, candidate: Candidate, rng: np.random.Generator) -> Candidate:
     return Candidate(shaken(chart, candidate.device, rng), _retuned(search, candidate.parameters, rng))
 
 
-def _retuned(search: Search, values: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
+def _retuned(search: Incumbent, values: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
     """Free vehicle parameters moved a little, within their ranges."""
     return {
         name: float(np.clip(values[name] * np.exp(RETUNED * rng.standard_normal()), allowed.lower, allowed.upper))
@@ -176,7 +176,7 @@ def _retuned(search: Search, values: Mapping[str, float], rng: np.random.Generat
     }
 
 
-def _converge(search: Search, charts: Sequence[Chart], found: list[Found], method: str) -> None:
+def _converge(search: Incumbent, charts: Sequence[Chart], found: list[Found], method: str) -> None:
     """The best on each face to full convergence, on a grid on which the figure of the best of all is settled."""
     for _ in range(GRIDS):
         _converge_here(search, charts, found, method)
@@ -187,7 +187,7 @@ def _converge(search: Search, charts: Sequence[Chart], found: list[Found], metho
         found[:] = [(search.judge.measure(other), chart, other) for _, chart, other in _distinct(found)[:AGAIN]]
 
 
-def _converge_here(search: Search, charts: Sequence[Chart], found: list[Found], method: str) -> None:
+def _converge_here(search: Incumbent, charts: Sequence[Chart], found: list[Found], method: str) -> None:
     """The best on each face that comes near the best of all, again and again until it rests; then off the face."""
     best = min(found, key=_value)[0]
     for chart in charts:
@@ -213,7 +213,7 @@ class _Box(Chart):
         return [(x - self.radius * max(abs(x), 0.1), x + self.radius * max(abs(x), 0.1)) for x in self.centre]
 
 
-def _walked(search: Search, start: Found, found: list[Found], method: str) -> float:
+def _walked(search: Incumbent, start: Found, found: list[Found], method: str) -> float:
     """On from where a full local search stalls, its steps losing the damping: in boxes so small that they do not."""
     value, chart, candidate = start
     radius = WIDEST
@@ -231,7 +231,7 @@ def _walked(search: Search, start: Found, found: list[Found], method: str) -> fl
     return value
 
 
-def _landed(search: Search, independent: Sequence[Found], found: list[Found]) -> list[float]:
+def _landed(search: Incumbent, independent: Sequence[Found], found: list[Found]) -> list[float]:
     """Where independent starts ended: those that came near the best but not to it, after full convergence."""
     best = min(found, key=_value)[0]
     values: list[float] = []
@@ -245,7 +245,7 @@ def _landed(search: Search, independent: Sequence[Found], found: list[Found]) ->
     return values
 
 
-def _rested(search: Search, start: Found, found: list[Found], method: str) -> Candidate:
+def _rested(search: Incumbent, start: Found, found: list[Found], method: str) -> Candidate:
     """Where full local searches, each from where the last one ended, no longer improve."""
     value, chart, candidate = start
     for _ in range(ROUNDS):

@@ -31,7 +31,7 @@ from posreal.admittance import PortHamiltonian, StateSpace
 from posreal.admittance.positive_real_lemma import factored, positive_real
 from posreal.numerics import sdp
 from posreal.numerics.sdp import Affine, Shape, Unknowns
-from posreal.synthesis.linearised import Bound, Norm, Sector, stacked
+from posreal.synthesis.linearised import LinearisedNorm, NormBound, Sector, stacked
 
 Real = np.ndarray
 
@@ -54,8 +54,8 @@ class Goals:
         The largest spring and inerter beside the device, where there may be one.
     """
 
-    objective: tuple[tuple[tuple[float, Norm], ...], ...]
-    limits: tuple[tuple[Norm, float], ...] = ()
+    objective: tuple[tuple[tuple[float, LinearisedNorm], ...], ...]
+    limits: tuple[tuple[LinearisedNorm, float], ...] = ()
     sectors: tuple[Sector, ...] = ()
     stiffness: float = math.inf
     inertance: float = math.inf
@@ -200,7 +200,7 @@ def program_at(
     cones = [Affine(tuple(here), lambda u: _ball(u, here, radius))]
     shapes["t"] = Shape(1, 1)
 
-    def bound(norm: Norm, name: str) -> Bound:
+    def bound(norm: LinearisedNorm, name: str) -> NormBound:
         found = norm.at(device, here, name)
         shapes.update(found.shapes)
         blocks.append(found.inequality)
@@ -219,13 +219,13 @@ def program_at(
     return sdp.Program(shapes, Affine(("t",), lambda u: u["t"][..., 0, 0]), blocks, cones)
 
 
-def _sum_below(bounds: Sequence[tuple[float, Bound]], name: str, unit: float) -> Affine:
+def _sum_below(bounds: Sequence[tuple[float, NormBound]], name: str, unit: float) -> Affine:
     """Σ wᵢ Fᵢ ≤ t, in units of the current value."""
     of = tuple(dict.fromkeys([*(part for _, bound in bounds for part in bound.of), name]))
     return Affine(of, lambda u: u[name] - sum(w * bound(u)[..., None, None] for w, bound in bounds) / unit)
 
 
-def _below(bound: Bound, limit: float, extra: float) -> Affine:
+def _below(bound: NormBound, limit: float, extra: float) -> Affine:
     """F ≤ limit."""
     return Affine(bound.of, lambda u: (1 - extra) - bound(u)[..., None, None] / limit)
 

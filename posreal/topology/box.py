@@ -9,8 +9,8 @@ import numpy as np
 from posreal.network.topologies import Form, letters
 from posreal.specification.problem import Problem
 from posreal.topology.batch import Array
-from posreal.topology.found import Settings
-from posreal.topology.ground import Scale
+from posreal.topology.found import SearchSettings
+from posreal.topology.ground import Units
 
 DECADES = 6.0  # to either side of the vehicle's units: how far free values may run
 SPREAD = 2.0  # decades to either side: where random starts lie
@@ -19,7 +19,7 @@ SPREAD = 2.0  # decades to either side: where random starts lie
 class Box:
     """Bounds of a topology's unknowns, and where its starts lie; all logarithms."""
 
-    def __init__(self, problem: Problem, scale: Scale, form: Form, settings: Settings) -> None:
+    def __init__(self, problem: Problem, scale: Units, form: Form, settings: SearchSettings) -> None:
         kinds = letters(form)
         unit = np.log(scale.units(kinds))
         free = math.log(10.0) * DECADES

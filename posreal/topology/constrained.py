@@ -19,7 +19,7 @@ from posreal.specification.layout import ElementRule, Layout
 from posreal.specification.mounted import BUSH, STATIC, mounted
 from posreal.specification.problem import Problem
 from posreal.topology.box import Box
-from posreal.topology.found import NO_GAIN, Found, Settings, generator
+from posreal.topology.found import NO_GAIN, Found, SearchSettings, generator
 
 _SCREENED = 64
 _SETTLED = 3  # ends that are settled before a topology is given up
@@ -86,7 +86,7 @@ def require_figures(problem: Problem) -> None:
 def best_constrained_values(
     problem: Problem,
     form: Form,
-    settings: Settings,
+    settings: SearchSettings,
     box: Box,
     warm: Sequence[Sequence[float]],
     limit: float,

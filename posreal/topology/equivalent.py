@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from posreal.network.topologies import Form, letters
 from posreal.numerics.batched_descent import descend
 from posreal.topology.batch import Array, Grid, admittance
-from posreal.topology.ground import Scale
+from posreal.topology.ground import Units
 
 AGREE = 1e-8  # largest relative difference of admittances that are called equal
 _POINTS, _DECADES, _STARTS = 60, 2.5, 24
@@ -26,7 +26,7 @@ _ANGLE = math.pi / 3  # of the ray
 
 
 def fitted(
-    form: Form, target: Array, points: Array, scale: Scale, rng: np.random.Generator
+    form: Form, target: Array, points: Array, scale: Units, rng: np.random.Generator
 ) -> tuple[float, ...] | None:
     """Values with which a topology has the admittance `target` at `points`, or None.
 
@@ -68,7 +68,7 @@ def fitted(
     return None
 
 
-def sample(scale: Scale) -> Array:
+def sample(scale: Units) -> Array:
     """Points about the vehicle's frequency at which admittances are compared."""
     return np.exp(1j * _ANGLE) * scale.omega0 * np.geomspace(10**-_DECADES, 10**_DECADES, _POINTS)
 

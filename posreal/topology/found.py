@@ -15,7 +15,7 @@ NO_GAIN = 1e-5  # relative gain over a limit below which a network is that limit
 
 
 @dataclass(frozen=True)
-class Settings:
+class SearchSettings:
     """What, besides the problem and the topology, decides what is found.
 
     Attributes

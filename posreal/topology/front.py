@@ -22,7 +22,7 @@ from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.topology.degenerate import limits
 from posreal.topology.equivalent import fitted, sample
-from posreal.topology.found import NO_GAIN, Found, Settings, generator
+from posreal.topology.found import NO_GAIN, Found, SearchSettings, generator
 from posreal.topology.result import FrontPoint, RunnerUp, Tally
 from posreal.topology.values import scale
 
@@ -60,7 +60,7 @@ def ranked(size: int, classed: Mapping[Form, Form], found: Mapping[Form, Found])
 
 def front(
     problem: Problem,
-    settings: Settings,
+    settings: SearchSettings,
     classed: Mapping[Form, Form],
     sizes: Sequence[Sequence[Form]],
     found: Mapping[Form, Found],
@@ -93,7 +93,7 @@ def front(
     return tuple(points)
 
 
-def designed(problem: Problem, settings: Settings, one: Found) -> Design | None:
+def designed(problem: Problem, settings: SearchSettings, one: Found) -> Design | None:
     """What was found for a topology, measured by the problem's own metrics; None if these do not accept it."""
     count = len(letters(one.form))
     network = valued(one.form, one.values[:count])
@@ -122,7 +122,7 @@ def designed(problem: Problem, settings: Settings, one: Found) -> Design | None:
     return design if design.feasible else None
 
 
-def _at_bounds(network: Network, settings: Settings) -> list[str]:
+def _at_bounds(network: Network, settings: SearchSettings) -> list[str]:
     """Which values stand at a bound that was given."""
     said = []
     for name, value in network.values().items():
@@ -139,7 +139,7 @@ def _with_company(
     one: Found,
     after: Sequence[Found],
     problem: Problem,
-    settings: Settings,
+    settings: SearchSettings,
     classed: Mapping[Form, Form],
     everything: Sequence[Form],
 ) -> FrontPoint:
@@ -166,7 +166,7 @@ def _with_company(
     )
 
 
-def _within(form: Form, values: Sequence[float], settings: Settings) -> bool:
+def _within(form: Form, values: Sequence[float], settings: SearchSettings) -> bool:
     """Whether an equivalent network's values are within the bounds that were given."""
     for kind, value in zip(letters(form), values, strict=True):
         low, high = settings.bounds.get(kind, (0.0, math.inf))

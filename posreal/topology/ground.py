@@ -33,7 +33,7 @@ _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid 
 
 
 @dataclass(frozen=True)
-class Scale:
+class Units:
     """Units in which values are counted: a damper's c0 in N s/m and the frequency omega0 in rad/s."""
 
     c0: float
@@ -164,7 +164,7 @@ class Ground:
         return z, dz
 
     @cached_property
-    def scale(self) -> Scale:
+    def scale(self) -> Units:
         """The vehicle's own units, see the module."""
         rough = float(np.exp(-np.mean(np.log(np.abs(self._Pvf[:, 0, 0])))))
         dampers = np.log(rough * np.geomspace(1e-5, 1e2, 141))[:, None]
@@ -174,7 +174,7 @@ class Ground:
         best = theta[[int(np.argmin(J))]]
         share = self._weight * np.abs(self.response("c", best)[0]) ** 2
         omega0 = float(np.exp(share @ np.log(self.grid.s.imag) / share.sum()))
-        return Scale(math.exp(float(best[0, 0])), omega0)
+        return Units(math.exp(float(best[0, 0])), omega0)
 
 
 def _negligible(ride: MeanSquare) -> int:

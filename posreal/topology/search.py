@@ -31,7 +31,7 @@ from posreal.topology.constrained import require_figures
 from posreal.topology.degenerate import limits as limits_of
 from posreal.topology.degenerate import start
 from posreal.topology.equivalence import classes
-from posreal.topology.found import Found, Settings
+from posreal.topology.found import Found, SearchSettings
 from posreal.topology.front import front, least_of_limits, ranked, tally
 from posreal.topology.options import checked_at_most, checked_bounds
 from posreal.topology.result import Search
@@ -115,7 +115,7 @@ def search(
         starts = STARTS if is_smooth(posed) else STARTS_CONSTRAINED
     if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
         raise BadInput(f"{starts!r} starts: give a number from 1 to 1000")
-    settings = Settings(starts, seed, checked_bounds(bounds))
+    settings = SearchSettings(starts, seed, checked_bounds(bounds))
     require_figures(posed)
     if metric is not None:
         require_metric(posed, metric)
@@ -166,7 +166,7 @@ def search(
 
 
 def best_of_each(
-    problem: Problem, settings: Settings, chunk: Sequence[tuple[Form, Sequence[Sequence[float]], float]]
+    problem: Problem, settings: SearchSettings, chunk: Sequence[tuple[Form, Sequence[Sequence[float]], float]]
 ) -> list[Found]:
     """The best values of some topologies, each with its warm starts and its limits' best: what a worker does."""
     return [best_values(problem, form, settings, warm, limit) for form, warm, limit in chunk]
@@ -205,7 +205,7 @@ def warm_starts(problem: Problem, form: Form, found: Mapping[Form, Found]) -> li
     return made
 
 
-def _header(problem: Problem, settings: Settings) -> dict[str, Any]:
+def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
     """What decides the results, for a checkpoint; the number of elements does not."""
     identity = {
         "vehicle": [problem.vehicle.name, _parameters(problem)],
@@ -289,7 +289,7 @@ class _Look:
     def __init__(
         self,
         problem: Problem,
-        settings: Settings,
+        settings: SearchSettings,
         wanted: Sequence[Form],
         known: Mapping[tuple[Form, int], Found],
         found: Mapping[Form, Found],

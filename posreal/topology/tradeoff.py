@@ -19,7 +19,7 @@ from posreal.optimisation.caveats import reported
 from posreal.optimisation.problem_figures import is_smooth_metric
 from posreal.specification.named import limited
 from posreal.specification.problem import Problem
-from posreal.topology.found import Found, Settings
+from posreal.topology.found import Found, SearchSettings
 from posreal.topology.front import designed, ranked
 from posreal.topology.result import FrontPoint
 from posreal.topology.values import best_values
@@ -39,7 +39,7 @@ def require_metric(problem: Problem, metric: str) -> None:
 
 def tradeoff(
     problem: Problem,
-    settings: Settings,
+    settings: SearchSettings,
     metric: str,
     points: Sequence[FrontPoint],
     classed: Mapping[Form, Form],
@@ -73,7 +73,7 @@ def tradeoff(
 
 
 def _values(
-    index: int, problem: Problem, settings: Settings, form: Form, *warm: tuple[float, ...]
+    index: int, problem: Problem, settings: SearchSettings, form: Form, *warm: tuple[float, ...]
 ) -> tuple[int, Found]:
     return index, best_values(problem, form, settings, warm)
 

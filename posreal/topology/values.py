@@ -25,8 +25,8 @@ from posreal.specification.problem import Problem
 from posreal.topology.batch import Array
 from posreal.topology.box import Box
 from posreal.topology.constrained import best_constrained_values
-from posreal.topology.found import NO_GAIN, Found, Settings, generator
-from posreal.topology.ground import Ground, Scale
+from posreal.topology.found import NO_GAIN, Found, SearchSettings, generator
+from posreal.topology.ground import Ground, Units
 from posreal.vehicle import Vehicle
 
 FINE = 12  # panels a decade of the frequency grids
@@ -71,18 +71,18 @@ def _kind(problem: Problem) -> str:
     return "" if norm is None else norm.kind
 
 
-def scale(problem: Problem) -> Scale:
+def scale(problem: Problem) -> Units:
     """The units in which values are counted."""
     if _is_plain(problem):
         return coarse(problem).scale
     rough = reference(problem)
-    return Scale(rough.damper, rough.omega)
+    return Units(rough.damper, rough.omega)
 
 
 def best_values(
     problem: Problem,
     form: Form,
-    settings: Settings,
+    settings: SearchSettings,
     warm: Sequence[Sequence[float]] = (),
     limit: float = math.inf,
 ) -> Found:
@@ -126,7 +126,7 @@ def apart(value: Array) -> list[int]:
     return kept or [int(np.argmin(value))]
 
 
-def screened(ground: Ground, form: Form, box: Box, settings: Settings, warm: Sequence[Sequence[float]]) -> Array:
+def screened(ground: Ground, form: Form, box: Box, settings: SearchSettings, warm: Sequence[Sequence[float]]) -> Array:
     """The best of many random points, and the warm ones."""
     points = box.random(max(_SCREENED, settings.starts), generator(settings.seed, form))
     value, _ = logarithm(ground, form)(points)

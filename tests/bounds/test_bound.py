@@ -16,7 +16,7 @@ from posreal.admittance import Rational, parse_rational, random_port_hamiltonian
 from posreal.admittance.roots import precision
 from posreal.bounds import device_at_points, shor_dual
 from posreal.bounds.compute import bound
-from posreal.bounds.figure import Figure, enclosed, figure
+from posreal.bounds.figure import BoundedFigure, enclosed, figure
 from posreal.bounds.interpolation_space import floats
 from posreal.bounds.points import cycled
 from posreal.bounds.result import BelowBound
@@ -211,7 +211,7 @@ def hardly_active(negative):
     """The quarter-car with a damper of −negative N s/m across its port: Re P is negative somewhere."""
     plant = QuarterCar().road()
     fed = dataclasses.replace(plant, A=plant.A - negative * plant.Bf @ plant.Cv)
-    return Figure(fed, Mounting(Rational.spring(60000), None), {"acceleration": fmpq(1)}, "ride", "m/s^2")
+    return BoundedFigure(fed, Mounting(Rational.spring(60000), None), {"acceleration": fmpq(1)}, "ride", "m/s^2")
 
 
 def test_a_slightly_active_port_is_refused_by_the_plain_form_and_served_by_the_lifted():
@@ -258,7 +258,9 @@ def test_ports_that_feel_each_other_are_refused():
     plant = SIDE.vehicle.track()
     coupled = plant.Bf @ np.array([[1.0, 0.5], [0.0, 1.0]])
     with pytest.raises(BadInput, match="feel each other"):
-        Figure(dataclasses.replace(plant, Bf=coupled), Mounting(None, None), {"acceleration_T": fmpq(1)}, "z", "1")
+        BoundedFigure(
+            dataclasses.replace(plant, Bf=coupled), Mounting(None, None), {"acceleration_T": fmpq(1)}, "z", "1"
+        )
 
 
 def test_the_scan_finds_a_good_place():

@@ -15,7 +15,7 @@ from posreal.admittance.roots import precision
 from posreal.bounds import certificate as formula
 from posreal.bounds.certificate import NotProven
 from posreal.bounds.compute import bound
-from posreal.bounds.figure import Figure, enclosed, figure
+from posreal.bounds.figure import BoundedFigure, enclosed, figure
 from posreal.bounds.file import from_dict, load_bound
 from posreal.bounds.sampled import Sampled
 from posreal.bounds.shor_dual import form
@@ -190,7 +190,7 @@ def test_a_plant_of_ones_own(tmp_path):
     # plan view: shaping filter, delays, a port that is not passive, everything as bare matrices
     posed = problem("lateral-comfort")
     named = figure(posed)
-    own = Figure(named.plant, named.mounting, named.weights, "ride", "m/s^2")
+    own = BoundedFigure(named.plant, named.mounting, named.weights, "ride", "m/s^2")
     found = bound(own, L=5, omega0=10, best=posed.default_port)
     assert found.value == pytest.approx(bound(posed, L=5, omega0=10).value, rel=1e-6)
     found.save(tmp_path / "own.json")

@@ -1,6 +1,6 @@
 """Drawn devices of every family, by every method that serves them: the same device, built of what it should be.
 
-A few of each on every run, fifteen hundred with ``make test-long``.
+A few of each on every run, three hundred with ``make test-long``.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def test_auto_on_each_family(family):
 @pytest.mark.long
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_of_each_family(family):
-    _run(family, built_every_way, 150)
+    _run(family, built_every_way, 30)
 
 
 def _run(family: str, holds: Callable[[Rational], None], count: int) -> None:

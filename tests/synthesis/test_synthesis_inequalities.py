@@ -29,7 +29,7 @@ from posreal.specification.from_plant import problem_from_plant
 from posreal.specification.named import problem
 from posreal.synthesis import lmi, path_following
 from posreal.synthesis.generalised_plant import generalised_plant
-from posreal.synthesis.linearised import LoopAt, Norm, each_entry, peak, peaks
+from posreal.synthesis.linearised import LinearisedNorm, LoopAt, each_entry, peak, peaks
 from posreal.synthesis.rounding import presented
 
 
@@ -319,7 +319,9 @@ def test_rounding_keeps_positive_realness(seed):
 def norm_of(chosen, metric):
     """The norm that a metric of a problem is."""
     scale = reference(chosen)
-    return Norm(generalised_plant(chosen, scale, metric), metric.startswith("gain_"), figure_of(chosen, metric, scale))
+    return LinearisedNorm(
+        generalised_plant(chosen, scale, metric), metric.startswith("gain_"), figure_of(chosen, metric, scale)
+    )
 
 
 def moved(entries, step):
@@ -392,7 +394,7 @@ def test_a_peak_has_its_slope_and_its_second_derivative():
     assert (gain(h) + gain(-h) - 2 * gain(0.0)) / h**2 == pytest.approx(step @ curvature @ step, rel=1e-2)
 
 
-class Backwards(Norm):
+class Backwards(LinearisedNorm):
     """A norm that says that it falls where it rises."""
 
     def slope(self, device):

@@ -15,11 +15,11 @@ from posreal.network.topologies import forms, key, letters, network
 from posreal.topology import degenerate
 from posreal.topology.equivalence import classes, foster_form, rewritten
 from posreal.topology.equivalent import fitted, sample
-from posreal.topology.ground import Scale
+from posreal.topology.ground import Units
 
 COUNTS = [3, 6, 20, 90, 432, 2202]
 S = np.array([0.4 + 0.2j, 0.5 + 1j, 0.3 + 3j, 0.5 + 0.7j])
-UNITS = Scale(c0=1.0, omega0=1.0)
+UNITS = Units(c0=1.0, omega0=1.0)
 
 
 def counted(largest):

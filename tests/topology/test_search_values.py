@@ -20,7 +20,7 @@ from posreal.specification.named import problem
 from posreal.topology.batch import Grid, admittance
 from posreal.topology.box import Box
 from posreal.topology.constrained import InPlace
-from posreal.topology.found import Settings
+from posreal.topology.found import SearchSettings
 from posreal.topology.ground import Ground
 from posreal.topology.values import best_values, scale
 
@@ -107,7 +107,7 @@ def test_a_topology_in_its_place_is_the_vehicle_with_it(name):
     posed = problem(name)
     rng = np.random.default_rng(6)
     for form in (("+", "b", "c"), ("|", "c", ("+", "b", "k")), forms(5)[-1]):
-        there = InPlace(posed, form, box := Box(posed, scale(posed), form, Settings(1)))
+        there = InPlace(posed, form, box := Box(posed, scale(posed), form, SearchSettings(1)))
         search = ElementSearch(posed, there.layout, panels=48)
         values = np.exp((box.low + box.high) / 2 + 0.1 * rng.normal(size=len(box.low)))
         point = there.point(search, values)
@@ -144,7 +144,7 @@ def test_descent_finds_the_corner_of_a_box_and_the_bottom_of_a_valley():
 @pytest.mark.parametrize(("name", "form"), [("S4", ("|", "b", "c")), ("S5", ("+", "b", "c"))])
 def test_a_layout_is_a_topology(name, form):
     posed = problem("vertical-comfort")
-    found = best_values(posed, form, Settings(16))
+    found = best_values(posed, form, SearchSettings(16))
     design = optimise(posed, layout(name), starts=4)
     assert found.objective == pytest.approx(design.objective.value, rel=1e-6)
     assert dict(zip("bc", found.values, strict=True)) == pytest.approx(
@@ -154,15 +154,15 @@ def test_a_layout_is_a_topology(name, form):
 
 def test_damping_is_kept_as_in_the_paper():
     posed = problem("lateral-comfort")
-    found = best_values(posed, ("+", "b", "c"), Settings(3))
+    found = best_values(posed, ("+", "b", "c"), SearchSettings(3))
     S3 = optimise(posed, layout("S3"), starts=2)
     assert found.objective == pytest.approx(S3.objective.value, rel=1e-4)
     assert evaluate(posed, valued(("+", "b", "c"), found.values)).feasible
-    assert not best_values(posed, "k", Settings(3)).feasible  # a spring damps nothing
+    assert not best_values(posed, "k", SearchSettings(3)).feasible  # a spring damps nothing
 
 
 def test_bounds_are_kept():
     posed = problem("vertical-comfort")
-    found = best_values(posed, ("+", "b", "c"), Settings(3, bounds={"b": (10.0, 1000.0)}))
+    found = best_values(posed, ("+", "b", "c"), SearchSettings(3, bounds={"b": (10.0, 1000.0)}))
     assert found.values[0] == pytest.approx(1000.0)
-    assert found.objective > best_values(posed, ("+", "b", "c"), Settings(3)).objective
+    assert found.objective > best_values(posed, ("+", "b", "c"), SearchSettings(3)).objective
