@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -131,3 +132,14 @@ def test_no_two_classes_have_one_name():
         if isinstance(node, ast.ClassDef)
     ]
     assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+def test_one_bibliography():
+    """Every key that a docstring or a page cites is in docs/references.md, and every entry is cited."""
+    root = PACKAGE.parent
+    known = set(re.findall(r"^- \*\*\[(\w+)\]", (root / "docs" / "references.md").read_text(), re.MULTILINE))
+    pages = [path for path in (*root.glob("docs/*.md"), root / "README.md") if path.name != "references.md"]
+    texts = [path.read_text() for path in (*PACKAGE.rglob("*.py"), *pages)]
+    cited = {key for text in texts for key in re.findall(r"\[([A-Z][A-Za-z]+\d{4})\]", text)}
+    assert cited <= known
+    assert [key for key in sorted(known) if not any(key in text for text in texts)] == []

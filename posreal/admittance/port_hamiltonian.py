@@ -3,9 +3,6 @@
 Positive real by construction. Every positive-real function has this form (take coordinates in which the
 stored energy is ½xᵀx in the positive-real lemma [Willems1972]); with k/s and b·s beside it, k, b ≥ 0, it is
 every spring, damper and inerter network.
-
-[Willems1972] J.C. Willems, Dissipative dynamical systems, part II, Archive for Rational Mechanics and Analysis 45
-(1972) 352–393.
 """
 
 from __future__ import annotations

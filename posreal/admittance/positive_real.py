@@ -9,11 +9,6 @@ Y = n/d, coprime over the rationals, is positive real if and only if
 
 Routh's test, square-free factors and certified root isolation over the rationals answer both, so a
 device one part in 1e30 short of positive real is told from one that is exactly on the boundary.
-
-[Brune1931] O. Brune, Synthesis of a finite two-terminal network whose driving-point impedance is a prescribed
-function of frequency, Journal of Mathematics and Physics 10 (1931) 191–236.
-[JiangSmith2011] J.Z. Jiang, M.C. Smith, Regular positive-real functions and five-element network synthesis for
-electrical and mechanical networks, IEEE Trans. Automatic Control 56 (2011) 1275–1290.
 """
 
 from __future__ import annotations

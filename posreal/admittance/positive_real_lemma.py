@@ -4,9 +4,6 @@
 
 holds for some P ≻ 0 [Willems1972]. With P = TᵀT and x → Tx the stored energy is ½xᵀx, P becomes I, and J, G and the
 factor of the dissipation can be read off.
-
-[Willems1972] J.C. Willems, Dissipative dynamical systems, part II: Linear systems with quadratic supply rates, Archive
-for Rational Mechanics and Analysis 45 (1972) 352–393.
 """
 
 from __future__ import annotations

@@ -2,9 +2,6 @@
 
 Force over relative velocity, so a spring is k/s, a damper c, an inerter b·s [Smith2002]. Devices combine
 as networks do: ``a | b`` in parallel (admittances add), ``a + b`` in series (impedances add).
-
-[Smith2002] M.C. Smith, Synthesis of mechanical networks: the inerter, IEEE Trans. Automatic Control 47 (2002)
-1648–1662.
 """
 
 from __future__ import annotations

@@ -15,9 +15,6 @@ multipliers Z = E Λ E*, E = [D_ā₁⁻¹; …; D_āᵣ⁻¹]/r, and μ₁ⱼ =
 Lagrangian stationary in all xᵢ up to terms of the order 1/t², with the value J² − m/t. M has a few small negative
 eigenvalues there, and Z + αI with the least α that mends them is the first certificate. That M ⪰ 0 can be reached at
 next to no cost in J² is seen, not proven; the proof of what comes out needs none of this.
-
-[Nocedal1980] J. Nocedal, Updating quasi-Newton matrices with limited storage, Mathematics of Computation 35 (1980)
-773–782.
 """
 
 from __future__ import annotations

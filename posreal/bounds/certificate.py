@@ -50,10 +50,6 @@ The formula is evaluated with python-flint's balls: columns enclosed (`interpola
 exactly, M ≻ 0 by the positive pivots of Rᵀ M R, with R any float matrix (an approximate inverse Cholesky factor, so
 that balls stay small; positive pivots show that it is invertible). The last pivot, with Rᵀb and c as border, is c −
 bᵀM⁻¹b.
-
-[Pick1916] G. Pick, Über die Beschränkungen analytischer Funktionen, welche durch vorgegebene Funktionswerte bewirkt
-werden, Mathematische Annalen 77 (1916) 7–23.
-[Shor1987] N.Z. Shor, Quadratic optimization problems, Soviet Journal of Computer and Systems Sciences 25 (1987) 1–11.
 """
 
 from __future__ import annotations

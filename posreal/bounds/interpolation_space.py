@@ -22,11 +22,6 @@ exponential of −τS.
 
 Every float that goes in is the rational number it is, every operation rounds outwards: the true columns of *these*
 functions lie in the balls that come out.
-
-[Takenaka1925] S. Takenaka, On the orthogonal functions and a new formula of interpolation, Japanese Journal of
-Mathematics 2 (1925) 129–145.
-[Kautz1954] W.H. Kautz, Transient synthesis in the time domain, IRE Transactions on Circuit Theory 1 (1954) 29–39.
-[Sarason1967] D. Sarason, Generalized interpolation in H∞, Transactions of the AMS 127 (1967) 179–203.
 """
 
 from __future__ import annotations

@@ -14,11 +14,6 @@ by entry, of positive definite matrices, so M ≻ 0 [Schur1911] and the problem 
 (The path of −log det(K − D_σKD_σ*) leaves a gradient of the order 1/t, as log det D_a moves too.)
 
 *Several loops*, w₀ = 0: not convex, m unknowns however many loops; a guide for points and certificate, no proof.
-
-[Pick1916] G. Pick, Über die Beschränkungen analytischer Funktionen, welche durch vorgegebene Funktionswerte bewirkt
-werden, Mathematische Annalen 77 (1916) 7–23.
-[Schur1911] J. Schur, Bemerkungen zur Theorie der beschränkten Bilinearformen mit unendlich vielen Veränderlichen,
-Journal für die reine und angewandte Mathematik 140 (1911) 1–28.
 """
 
 from __future__ import annotations

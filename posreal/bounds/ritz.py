@@ -8,9 +8,6 @@ passive device of as many states [Ritz1909]. J is a sum over a fine grid of freq
 coefficients are rounded to short decimals, and of the exact rational function Y = c0 (1 + σ)/(1 − σ) that they give,
 passivity is decided exactly (:mod:`positive_real`) and J measured by covariance, like that of any other device: between
 the frequencies of a grid anything may happen, also a vehicle that is not stable.
-
-[Ritz1909] W. Ritz, Über eine neue Methode zur Lösung gewisser Variationsprobleme der mathematischen Physik, Journal für
-die reine und angewandte Mathematik 135 (1909) 1–61.
 """
 
 from __future__ import annotations

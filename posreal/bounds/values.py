@@ -11,9 +11,6 @@ come close to each other make K ill conditioned, which costs digits and never tr
 `interpolation_space`.
 
 The same lines evaluate floats (arrays of complex numbers, for the searches) and balls (arrays of acb, for proofs).
-
-[Cauchy1841] A.L. Cauchy, Mémoire sur les fonctions alternées et sur les sommes alternées, Exercices d'analyse et de
-physique mathématique 2 (1841) 151–159.
 """
 
 from __future__ import annotations

@@ -19,9 +19,6 @@ as C = 1/k, inerter b as L = b), tied to the joint's ends by a gyrator, two cont
 
 Then every sum is one of admittances in parallel or of mobilities in series, as in `Network.__call__`. Graphs keep their
 nodes, with elements between inner nodes behind gyrators too; the force through a graph is what arrives at its node 0.
-
-[Smith2002] M.C. Smith, Synthesis of mechanical networks: the inerter, IEEE Trans. Automatic Control 47 (2002)
-1648–1662.
 """
 
 from __future__ import annotations

@@ -5,9 +5,6 @@
     Y(k) = k/s,  Y(c) = c,  Y(b) = b·s,  Y(a | b) = Y(a) + Y(b),  1/Y(a + b) = 1/Y(a) + 1/Y(b)  [Smith2002]
 
 Values are exact; a float is taken as the decimal it prints as (see `posreal.network.value`).
-
-[Smith2002] M.C. Smith, Synthesis of mechanical networks: the inerter, IEEE Trans. Automatic Control 47 (2002)
-1648–1662.
 """
 
 from __future__ import annotations

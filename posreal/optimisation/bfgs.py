@@ -4,8 +4,6 @@
 
 with θ in :class:`Chart` and g from the closed vehicle's port, delays exact. The positive-real inequality
 with P = I is a square here, so nothing constrains the search and it converges superlinearly [NocedalWright2006].
-
-[NocedalWright2006] J. Nocedal, S.J. Wright, Numerical Optimization, 2nd edition, Springer (2006), chapter 6.
 """
 
 from __future__ import annotations

@@ -7,9 +7,6 @@ strict lower triangle of J, G, the lower triangle of L, and κ, β. With x = (sI
 ξ = (x, 1) and η = (−y, 1), the device's value moves by
 
     dY = yᵀ dJ x + (x + y)ᵀ dG + ηᵀ (dL Lᵀ + L dLᵀ) ξ + 2κ dκ/s + 2β s dβ.
-
-[Willems1972] J.C. Willems, Dissipative dynamical systems, part II: Linear systems with quadratic supply rates, Archive
-for Rational Mechanics and Analysis 45 (1972) 352–393.
 """
 
 from __future__ import annotations

@@ -6,9 +6,6 @@ For an eigenvalue λ of the closed loop with eigenvectors uᴴ, x (uᴴx = 1) a 
 
 with uₖ, xₖ their parts in the device's states: the form that :meth:`Chart.slopes` evaluates. The damping ratio
 is ζ = −Re λ/|λ|.
-
-[Jiang2012] J.Z. Jiang, A.Z. Matamoros-Sanchez, R.M. Goodall, M.C. Smith, Passive suspensions incorporating inerters
-for railway vehicles, Vehicle System Dynamics 50 (2012) 263–276.
 """
 
 from __future__ import annotations

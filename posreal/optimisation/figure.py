@@ -11,9 +11,6 @@ trapezoidal rule of step Δ aliases y(t + 2π/Δ) in, smaller by e^{−2πσ/Δ}
 A maximum is given as its few largest local maxima, one number each: a search that lowers the first may raise the
 second, and wants to know. Each is followed to its own place between the samples, where, being stationary, it has the
 slope that it would have if that were held.
-
-[AbateWhitt1992] J. Abate, W. Whitt, The Fourier-series method for inverting transforms of probability distributions,
-Queueing Systems 10 (1992) 5–87.
 """
 
 from __future__ import annotations

@@ -5,9 +5,6 @@
 over θ of :class:`Chart` and φ, the logarithms of the vehicle parameters that are free (within their ranges). F are the
 objective's figures (:mod:`.figure`); where it is more than one number, a bound t on all of them is minimised in their
 place. Margins are those of figures below their limits and of damping ratios above theirs.
-
-[Kraft1988] D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, DLR German Aerospace
-Center (1988).
 """
 
 from __future__ import annotations

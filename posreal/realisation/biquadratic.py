@@ -14,12 +14,6 @@ are among them only where Y(0)/Y(∞) is 1/4 or 4 [Hughes2017].
 
 Each form turns into a polynomial in one unknown, whose positive roots are isolated with certainty. So the
 answer "no five elements" is as sure as the arithmetic is long.
-
-[JiangSmith2011] J.Z. Jiang, M.C. Smith, Regular positive-real functions and five-element network synthesis for
-electrical and mechanical networks, IEEE Trans. Automatic Control 56 (2011) 1275–1290.
-[MorelliSmith2019] A. Morelli, M.C. Smith, Passive Network Synthesis: An Approach to Classification, SIAM, 2019.
-[Hughes2017] T.H. Hughes, Why RLC realizations of certain impedances need many more energy storage elements than
-expected, IEEE Trans. Automatic Control 62 (2017) 4333–4346.
 """
 
 from __future__ import annotations

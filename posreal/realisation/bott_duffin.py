@@ -8,9 +8,6 @@ function
 
 1/R has poles at ±jω₀, so 1/R = α s/(s² + ω₀²) + W with W positive real and two degrees lower; one bracket
 holds W/Z(κ), the other its dual, so W is realised once.
-
-[BottDuffin1949] R. Bott, R.J. Duffin, Impedance synthesis without use of transformers, Journal of Applied Physics 20
-(1949) 816.
 """
 
 from __future__ import annotations

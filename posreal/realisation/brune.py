@@ -11,9 +11,6 @@ of ratio n = L₂/(L₁ + L₂) about the leg's node, both positive:
     1 ──┬── lever ── b ──┐
         └ k ─┐│pivot     rest
              g ── b₂ ────┴── 0
-
-[Brune1931] O. Brune, Synthesis of a finite two-terminal network whose driving-point impedance is a prescribed
-function of frequency, Journal of Mathematics and Physics 10 (1931) 191–236.
 """
 
 from __future__ import annotations

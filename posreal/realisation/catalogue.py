@@ -7,9 +7,6 @@ and eight forests. A product is a set of elements, a bit each, so all networks o
 
 What Y does at 0 and at ∞ (a spring's, a damper's or an inerter's) does not depend on the values, and its degree is at
 most what the powers of s span; so a device has to be sought among few of them.
-
-[Kirchhoff1847] G. Kirchhoff, Über die Auflösung der Gleichungen, auf welche man bei der Untersuchung der linearen
-Vertheilung galvanischer Ströme geführt wird, Annalen der Physik und Chemie 148 (1847) 497–508.
 """
 
 from __future__ import annotations

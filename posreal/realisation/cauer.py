@@ -4,9 +4,6 @@ At infinity a positive-real Y is b s, a constant, or k/s. The inerter b in paral
 series, or the constant, in parallel (Y − c) or in series (1/Y − 1/c), whichever leaves a positive-real
 rest, comes off; then the same again. The second form does the same about zero. All steps are rational, so
 the ladder is exact.
-
-[Cauer1926] W. Cauer, Die Verwirklichung von Wechselstromwiderständen vorgeschriebener Frequenzabhängigkeit,
-Archiv für Elektrotechnik 17 (1926) 355–388.
 """
 
 from __future__ import annotations

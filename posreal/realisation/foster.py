@@ -8,8 +8,6 @@ Second form, legs in parallel, for an admittance with simple poles on the imagin
     + inerter g/p.
 
 First form: the same for 1/Y, legs in series. For functions of two kinds of element this is minimal.
-
-[Foster1924] R.M. Foster, A reactance theorem, Bell System Technical Journal 3 (1924) 259–267.
 """
 
 from __future__ import annotations

@@ -11,9 +11,6 @@
   Poles on the imaginary axis, 0 and ∞ included, keep what is real and positive of their residues. Lightly undamped
   poles, a little to the right of the axis, are mirrored first, s − p to s + p̄, which leaves |Y(jω)| as it is. A device
   with poles further to the right, or multiple ones on the axis, is not taken for one that misses, and is refused.
-
-[GrivetTalocia2004] S. Grivet-Talocia, Passivity enforcement via perturbation of Hamiltonian matrices, IEEE Trans.
-Circuits and Systems I 51 (2004) 1755–1769.
 """
 
 from __future__ import annotations

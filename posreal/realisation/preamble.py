@@ -7,9 +7,6 @@ In turn, as long as anything comes off: poles of Y on the imaginary axis (0 and 
 poles of 1/Y the dual legs in series; then the least value of Re Y or of Re 1/Y is a damper. If that least
 value lies at 0 or ∞, a zero appears there and the degree falls; if it lies between on both sides, what is
 left is a minimum function and goes to a cycle (Bott–Duffin, Brune, …) that takes its degree down by two.
-
-[Brune1931] O. Brune, Synthesis of a finite two-terminal network whose driving-point impedance is a prescribed
-function of frequency, Journal of Mathematics and Physics 10 (1931) 191–236.
 """
 
 from __future__ import annotations

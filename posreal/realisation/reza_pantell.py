@@ -12,11 +12,6 @@ positive, for every α and x:
 
     P–m:  W | (inerter α/x + α/(1+α)  P–u  +  spring α (1 + x/(1+α))  u–m)         m–Q:  spring 1
     P–t:  inerter 1/(1+α)            m–t:  spring x/(1+α)                         t–Q:  dual of W
-
-[Reza1954] F.M. Reza, A bridge equivalent for a Brune cycle terminated in a resistor, Proc. IRE 42 (1954) 1321.
-[Pantell1954] R.H. Pantell, A new method of driving-point impedance synthesis, Proc. IRE 42 (1954) 861.
-[FialkowGerst1955] A. Fialkow, I. Gerst, Impedance synthesis without mutual coupling, Quarterly of Applied
-Mathematics 12 (1955) 420–422.
 """
 
 from __future__ import annotations

@@ -4,9 +4,6 @@
 
 Topologies that differ only in the kinds of their elements share one form, and the sweep through it takes their
 elements' admittances as they come. So all of a form, from all starts and at all frequencies, are one array.
-
-[Marquardt1963] D.W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, Journal of the
-Society for Industrial and Applied Mathematics 11 (1963) 431–441.
 """
 
 from __future__ import annotations

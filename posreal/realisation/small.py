@@ -6,9 +6,6 @@ at points s on the bisector of the right half plane, where no resonance is sharp
 determine Y. T and U of the catalogue's networks are sums of products, so all topologies and all starts are one array.
 What fits is made as exact as the arithmetic by Gauss and Newton's method on the coefficients of T d − U n = 0, in
 rational numbers: where the device's data are exact, so is the network.
-
-[Marquardt1963] D.W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, Journal of the
-Society for Industrial and Applied Mathematics 11 (1963) 431–441.
 """
 
 from __future__ import annotations

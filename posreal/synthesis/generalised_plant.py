@@ -10,9 +10,6 @@ positive real if the other is.
 Time is in 1/ω0 and the device in c0 (:class:`Scale`); w and z are such that the figure is the norm of w → z.
 Delays are chains of Padé all-passes, each wheel's signal that of the one before, later. What the criterion cannot
 feel (the bogies' pitch, most of a long chain) goes by balanced truncation with the damper c0 in place [Moore1981].
-
-[Moore1981] B.C. Moore, Principal component analysis in linear systems: controllability, observability, and model
-reduction, IEEE Transactions on Automatic Control 26 (1981) 17–32.
 """
 
 from __future__ import annotations

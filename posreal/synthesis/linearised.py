@@ -8,11 +8,6 @@ device.
 The plant's delays are Padé approximations and its band is the whole axis. The bound has the exact figure's value at
 the current device, and an H2 bound its slope as well, so that an iteration comes to rest where the exact figure does
 [AlexandrovLewis2001].
-
-[AlexandrovLewis2001] N.M. Alexandrov, R.M. Lewis, An overview of first-order model management for engineering
-optimization, Optimization and Engineering 2 (2001) 413–430.
-[Lancaster1964] P. Lancaster, On eigenvalues of matrices dependent on a parameter, Numerische Mathematik 6 (1964)
-377–387.
 """
 
 from __future__ import annotations

@@ -6,11 +6,6 @@
 
 X ≻ 0 enters only through the products XA and XB, so a block is affine in the unknowns once they are: see
 :func:`linearised`. Leading axes broadcast.
-
-[ChilaliGahinet1996] M. Chilali, P. Gahinet, H∞ design with pole placement constraints: an LMI approach, IEEE
-Transactions on Automatic Control 41 (1996) 358–367.
-[PS2006] C. Papageorgiou, M.C. Smith, Positive real synthesis using matrix inequalities for mechanical networks:
-application to vehicle suspension, IEEE Transactions on Control Systems Technology 14 (2006) 423–435.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""The matrix inequalities (:mod:`.path_following`) on a problem: its norms, its sectors, and devices to begin with.
-
-[Jiang2012] J.Z. Jiang, A.Z. Matamoros-Sanchez, R.M. Goodall, M.C. Smith, Passive suspensions incorporating inerters
-for railway vehicles, Vehicle System Dynamics 50 (2012) 263–276.
-"""
+"""The matrix inequalities (:mod:`.path_following`) on a problem: its norms, its sectors, and devices to begin with."""
 
 from __future__ import annotations
 

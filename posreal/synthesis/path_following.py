@@ -11,11 +11,6 @@ inerter b·s is part of the masses, to first order in its change.
 The solver only proposes. The matrix that the PR inequality calls positive semidefinite is factored, which
 makes the proposal positive real by construction, and `measure` recomputes the figure and the constraints with
 exact delays: a proposal that is not better is not taken and the ball shrinks.
-
-[HassibiHowBoyd1999] A. Hassibi, J. How, S. Boyd, A path-following method for solving BMI problems in control, American
-Control Conference (1999) 1385–1389.
-[PS2006] C. Papageorgiou, M.C. Smith, Positive real synthesis using matrix inequalities for mechanical networks:
-application to vehicle suspension, IEEE Transactions on Control Systems Technology 14 (2006) 423–435.
 """
 
 from __future__ import annotations

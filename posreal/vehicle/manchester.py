@@ -7,8 +7,6 @@ The same body and bogies as :mod:`.side_view`, on coil springs, with a stiffness
 
 so that the force fᵢ of the two primary dampers of a wheelset is a state, ḟ = 2 Kpz_end (v − f/(2 Cpz)). A device stands
 in the place of the secondary damper, one on each side: the two share the port of a bogie.
-
-[Iwnicki1998] S. Iwnicki, Manchester benchmarks for rail vehicle simulation, Vehicle System Dynamics 30 (1998) 295–313.
 """
 
 from __future__ import annotations
