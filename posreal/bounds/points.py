@@ -256,7 +256,7 @@ def certify(
     data = Sampled.of(enclosed(figure, points, damper))
     if form == PLAIN:
         solution = one_passive_port.solve(data, objective(figure.combine, data), tolerance=tolerance or 1e-8)
-        factor, mu, functional = np.linalg.cholesky(solution.Z), np.zeros((0, len(data.F))), solution.functional
+        factor, mu, functional = _triangular(solution.Z), np.zeros((0, len(data.F))), solution.functional
     else:
         dual = _lifted(data, tolerance or 1e-5, progress)
         factor, mu, functional = dual.C, dual.mu, np.zeros((0, 0))
@@ -280,14 +280,14 @@ def certify_values(
     seen = sampled_values(figure, points, damper)
     if len(figure.loops) > 1:
         climbed = ascent.climb(seen, progress)
-        factor = np.linalg.cholesky(real_form(climbed.Z, points, len(figure.loops)))
+        factor = _triangular(real_form(climbed.Z, points, len(figure.loops)))
         mu = real_rows(climbed.mu.T, points).T
         return ValueCertificate(points, damper, _short(factor), _short(mu), np.zeros((0, 0)))
     best: tuple[float, ValueCertificate] | None = None
     for tolerance in _CLOSE:
         found = pick.solve(seen, tolerance=tolerance)
         try:
-            factor = np.linalg.cholesky(real_form(found.inverse / found.t, points, 1))
+            factor = _triangular(real_form(found.inverse / found.t, points, 1))
             certificate = ValueCertificate(points, damper, _short(factor), np.zeros((0, seen.size)), np.zeros((0, 0)))
             proof = certificate.lower_bound(figure)
         except (NotProven, np.linalg.LinAlgError):
@@ -298,6 +298,15 @@ def certify_values(
     if best is not None and best[0] > 0:
         return best[1]
     raise BadInput("nothing is proven at these points, so no bound is known for this figure")
+
+
+def _triangular(Z: np.ndarray) -> np.ndarray:
+    """C, lower triangular, with C Cᵀ = Z; what rounding has made of eigenvalues that are next to 0 is 0."""
+    try:
+        return np.asarray(np.linalg.cholesky(Z))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(Z)
+        return np.asarray(np.linalg.qr((vectors * np.sqrt(np.clip(values, 0.0, None))).T)[1].T)
 
 
 def attain(figure: BoundedFigure, size: int) -> Attained | None:
