@@ -341,3 +341,12 @@ def test_a_search_over_operating_points_and_one_without_a_bound(posreal):
     code, _, err = posreal("bound", "quarter-car", "--objective", "J1 + 0.001*gain_acceleration")
     assert code == 2
     assert "times its weight is one on the sum" in err
+
+
+@pytest.mark.parametrize(("problem", "ends"), [("quarter-car", "wheel"), ("vertical-comfort", "bogie")])
+def test_a_strut_is_drawn_between_what_it_stands_between(posreal, problem, ends):
+    layout = {"quarter-car": "S3", "vertical-comfort": "S5"}[problem]
+    for words in (("optimise", problem, layout, "--starts", "1"), ("synthesise", problem, "--order", "0")):
+        _, out, _ = posreal(*words)
+        assert f"─ {ends}" in out
+        assert ends == "bogie" or "bogie" not in out

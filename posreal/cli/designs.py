@@ -184,7 +184,7 @@ def synthesise(
     shown = built if realise else design
     varied = vary(shown, over) if over else None
     if as_json:
-        network = {"network": network_dict(realisation, ascii, width)} if realise else {}
+        network = {"network": network_dict(realisation, ascii, width, question.place.terminals)} if realise else {}
         extra = {} if varied is None else {"sweep": varied.to_dict()}
         print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
@@ -193,7 +193,8 @@ def synthesise(
     print_design(shown, heading=f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else ""))
     if realise:
         print("\nNetwork by ", end="")
-        print_network(realisation, ascii, width, shown=mounted(shown.problem, realisation.network))
+        strut = mounted(shown.problem, realisation.network)
+        print_network(realisation, ascii, width, shown=strut, terminals=question.place.terminals)
     print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from posreal.network import Network
     from posreal.realisation import Realisation
     from posreal.specification.design import Design
+    from posreal.specification.problem import Problem
 
 
 def print_json(document: Any) -> None:
@@ -21,18 +22,23 @@ def print_json(document: Any) -> None:
     print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
 
 
-def drawn(network: Network, ascii: bool = False, width: int = 100) -> str:
+TERMINALS = ("body", "bogie")  # of a network by itself, whatever it will stand between
+
+
+def drawn(network: Network, ascii: bool = False, width: int = 100, terminals: tuple[str, str] = TERMINALS) -> str:
     """The text diagram."""
     from posreal.network.diagram import diagram
 
-    return diagram(network, ascii=ascii, width=width)
+    return diagram(network, terminals, ascii=ascii, width=width)
 
 
-def network_dict(realisation: Realisation, ascii: bool, width: int = 100) -> dict[str, Any]:
+def network_dict(
+    realisation: Realisation, ascii: bool, width: int = 100, terminals: tuple[str, str] = TERMINALS
+) -> dict[str, Any]:
     """NETWORK of the JSON interface."""
     return realisation.to_dict() | {
         "inertance_built": _inertance_built(realisation.network),
-        "diagram": drawn(realisation.network, ascii, width),
+        "diagram": drawn(realisation.network, ascii, width, terminals),
     }
 
 
@@ -41,7 +47,14 @@ def _inertance_built(network: Network) -> float:
     return float(sum(element.exact for element in network.elements() if element.letter == "b"))
 
 
-def print_network(realisation: Realisation, ascii: bool, width: int, *, shown: Network | None = None) -> None:
+def print_network(
+    realisation: Realisation,
+    ascii: bool,
+    width: int,
+    *,
+    shown: Network | None = None,
+    terminals: tuple[str, str] = TERMINALS,
+) -> None:
     """Diagram (of `shown`, the network in its mounting, if given), element table, notation and proof."""
     from posreal.network.table import table as elements
     from posreal.units import engineering
@@ -54,7 +67,8 @@ def print_network(realisation: Realisation, ascii: bool, width: int, *, shown: N
     )
     for note in realisation.notes:
         print(f"  {note}")
-    print(f"\n{drawn(shown or realisation.network, ascii, width)}\n\n{elements(realisation.network, digits=4)}\n")
+    print(f"\n{drawn(shown or realisation.network, ascii, width, terminals)}\n")
+    print(f"{elements(realisation.network, digits=4)}\n")
     print(f"{realisation.network}\n")
     print(f"relative residual of its admittance, recomputed from its graph: {realisation.residual:.1e}")
 
@@ -83,7 +97,7 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
 
     print(heading)
     if draw and design.network is not None:
-        print(f"\n{drawn(design.network, ascii)}")
+        print(f"\n{drawn(design.network, ascii, terminals=design.problem.place.terminals)}")
         tuned = [
             f"{name} = {engineering(value, 'N/m' if name[0] == 'K' else 'N*s/m', 5)}"
             for name, value in design.parameters.items()
@@ -93,8 +107,7 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
             print("  vehicle: " + ", ".join(tuned))
     rows = []
     for name, metric in design.metrics.items():
-        compared = name == design.problem.objective or name.startswith(("J", "Macc", "max", "deflection"))
-        gain = design.improvement(name) if compared else None
+        gain = design.improvement(name) if _improves(design.problem, name) else None
         rows.append([name, f"{metric.value:#.6g}", metric.unit, "" if gain is None else f"{gain:+.2f} %", metric.at])
     print()
     print(table(["metric", "value", "unit", "better", ""], rows, "lrlrl"))
@@ -102,6 +115,15 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print(f"  {constraint}: {constraint.verdict(design.metrics)}")
     if design.found:
         print("  found by: " + ", ".join(_finding(k, v) for k, v in design.found.items() if v not in ([], ())))
+
+
+def _improves(problem: Problem, name: str) -> bool:
+    """Whether it says something by how much a metric is better than the default's: not of what a place holds."""
+    from posreal.metric import Inertance, StaticStiffness
+
+    metric = problem.vehicle.metrics.get(name.partition(" at ")[0])
+    ride = metric is not None and metric.better == "less" and not isinstance(metric, StaticStiffness | Inertance)
+    return ride or name == problem.objective
 
 
 def _finding(key: str, value: Any) -> str:
