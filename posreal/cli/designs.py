@@ -10,6 +10,7 @@ import typer
 from posreal.cli.options import (
     Ascii,
     AsJson,
+    At,
     DeviceWords,
     Jobs,
     Limit,
@@ -53,6 +54,7 @@ def evaluate(
     sweep: Sweep = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
+    at: At = None,
     three_ways: Annotated[
         bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
     ] = False,
@@ -66,7 +68,7 @@ def evaluate(
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case, at)
     over = read_ranges(question, sweep or [])
     design = read_design(question, words(device))
     varied = vary(design, over) if over else None

@@ -63,6 +63,7 @@ WorstCase = Annotated[
     ),
 ]
 
+At = Annotated[str | None, typer.Option("--at", metavar="PLACE", help="Where the device goes, such as primary.")]
 Sweep = Annotated[
     list[str] | None,
     typer.Option(
@@ -85,6 +86,7 @@ def posed(
     stiffness: str | None = None,
     limit: list[str] | None = None,
     worst_case: list[str] | None = None,
+    at: str | None = None,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.specification.named import problem
@@ -99,6 +101,7 @@ def posed(
         vehicle_file=vehicle,
         limits=read_limits(limit) if limit else None,
         worst_case=[_point(text) for text in worst_case or ()],
+        at=at,
     )
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
 from posreal.admittance.state_space import StateSpace
+from posreal.errors import BadInput
 
 if TYPE_CHECKING:
     from posreal.plant.quadrature import Quadrature
@@ -238,6 +239,50 @@ class ClosedLoop:
         late = np.exp(-np.multiply.outer(s, self.delays[driven]))
         x = np.linalg.solve(s[:, None, None] * np.eye(n) - self.A, (late @ self.B[:, driven].T)[:, :, None])
         return (self.C[j] @ x)[:, 0] + late @ self.D[j, driven]
+
+
+def absorbed(plant: Plant, devices: Mapping[str, StateSpace], *, group: str) -> Plant:
+    """The plant with the devices of all other groups in place; its own ports are called `group` from then on.
+
+    Parameters
+    ----------
+    plant : Plant
+    devices : mapping of group name to StateSpace
+        Of every group but one; without inertance, which would act on what the others answer.
+    group : str
+    """
+    inner = [p for p, name in enumerate(plant.groups) if name in devices]
+    rest = [p for p, name in enumerate(plant.groups) if name not in devices]
+    parts = [devices[plant.groups[p]] for p in inner]
+    if any(part.b for part in parts):
+        raise BadInput("a device with inertance cannot be absorbed in a plant")
+    n, orders = len(plant.A), [part.order for part in parts]
+    total = n + sum(orders)
+    force, A = np.zeros((len(inner), total)), np.zeros((total, total))
+    A[:n, :n] = plant.A
+    at = n
+    for row, (p, part) in enumerate(zip(inner, parts, strict=True)):
+        here = slice(at, at := at + part.order)
+        force[row, :n] = part.k * plant.Cd[p] + float(part.D[0, 0]) * plant.Cv[p]
+        force[row, here] = part.C[0]
+        A[here, here] = part.A
+        A[here, :n] = np.outer(part.B[:, 0], plant.Cv[p])
+    A[:n] += plant.Bf[:, inner] @ force
+
+    def wider(rows: Real) -> Real:
+        return np.hstack([rows, np.zeros((len(rows), total - n))])
+
+    return replace(
+        plant,
+        A=A,
+        Bw=np.vstack([plant.Bw, np.zeros((total - n, plant.Bw.shape[1]))]),
+        Bf=np.vstack([plant.Bf[:, rest], np.zeros((total - n, len(rest)))]),
+        Cz=wider(plant.Cz) + plant.Dzf[:, inner] @ force,
+        Dzf=plant.Dzf[:, rest],
+        Cd=wider(plant.Cd[rest]),
+        Cv=wider(plant.Cv[rest]),
+        groups=(group,) * len(rest),
+    )
 
 
 def channels(plant: Plant | ClosedLoop) -> list[list[int]]:

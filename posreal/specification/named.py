@@ -15,6 +15,7 @@ from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
 from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
 from posreal.vehicle.manchester import ManchesterCoach
+from posreal.vehicle.seen_from import seen_from
 
 VEHICLES: tuple[type[Vehicle], ...] = (PlanView, SideView, ManchesterCoach, QuarterCar)
 
@@ -91,6 +92,7 @@ def problem(
     vehicle: Mapping[str, Any] | None = None,
     limits: Mapping[str, float] | None = None,
     worst_case: Sequence[Mapping[str, Any]] = (),
+    at: str | None = None,
 ) -> Problem:
     """A design problem by name.
 
@@ -117,6 +119,8 @@ def problem(
     worst_case : sequence of mappings, optional
         Operating points besides the nominal one, each as parameters to override; the worst over all is minimised, and
         constraints hold at each.
+    at : str, optional
+        Where the device goes, if not where the problem has it: ``primary`` in the plan view.
 
     Raises
     ------
@@ -150,6 +154,12 @@ def problem(
             raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
         model = override(model, {"k": stiffness}, where="stiffness")
     chosen = dataclasses.replace(chosen, vehicle=model)
+    if at is not None:
+        if chosen.free:
+            raise BadInput(f"{name} leaves {listed(chosen.free)} free, so its device stays where it is")
+        there = seen_from(chosen.vehicle, at)
+        named = chosen.name if there is chosen.vehicle else f"{chosen.name} at {at}"
+        chosen = dataclasses.replace(chosen, name=named, vehicle=there)
     if limits:
         chosen = limited(chosen, limits)
     return over_points(chosen, worst_case) if worst_case else chosen

@@ -18,6 +18,7 @@ NAMES = (
     "lateral-gauging",
     "lateral-gauging-primary",
     "vertical-comfort",
+    "manchester-comfort",
     "quarter-car",
 )
 
