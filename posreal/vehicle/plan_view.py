@@ -112,7 +112,7 @@ class PlanView:
 
     @property
     def places(self) -> Mapping[str, Place]:
-        """The secondary lateral suspension: a device beside the static spring."""
+        """The secondary and the primary lateral suspension: a device beside the spring, in place of the damper."""
         spring = Rational.spring(self.Ksy)
         return {
             "secondary": Place(
@@ -123,7 +123,16 @@ class PlanView:
                 has_default=True,
                 default_label="default (k | c)",
                 carried=self.mv / 2,
-            )
+            ),
+            "primary": Place(
+                Mounting(beside=Rational.spring(self.Kpy), behind=None),
+                roles={"static spring": "Kpy"},
+                terminals=("bogie", "axle box"),
+                default=Rational.damper(self.Cpy) if self.Cpy else None,
+                has_default=True,
+                default_label="default (k | c)",
+                carried=self.mg / 4,
+            ),
         }
 
     def plant(self, load: str, *, opened: bool = False) -> Plant:
