@@ -83,10 +83,13 @@ def vertical(v, G0: Admittance, omega: float) -> dict[str, complex]:
         D[tb, tb] = v.Ib * s**2 + 2 * v.lbx**2 * G1 * s
         r[tb] = v.lbx * G1 * s * (da - db)
     q = np.linalg.solve(D, r)
+    front, rear = q[b1] - q[z] - v.lvx * q[t], q[b2] - q[z] + v.lvx * q[t]
     return {
         "acceleration_L": s**2 * (q[z] + v.lvx * q[t]),
         "acceleration_M": s**2 * q[z],
         "acceleration_T": s**2 * (q[z] - v.lvx * q[t]),
-        "deflection_front": q[b1] - q[z] - v.lvx * q[t],
-        "deflection_rear": q[b2] - q[z] + v.lvx * q[t],
+        "deflection_front": front,
+        "deflection_rear": rear,
+        "deflection_velocity_front": s * front,
+        "deflection_velocity_rear": s * rear,
     }
