@@ -12,12 +12,13 @@ from posreal.bounds.figure import BoundedFigure, figure
 from posreal.bounds.interpolation_space import in_words
 from posreal.bounds.result import BelowBound, Bound
 from posreal.bounds.value_form import ValueCertificate
-from posreal.errors import BadInput
+from posreal.errors import BadInput, shown
 from posreal.numerics.threads import one_thread
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 
 _MOST_POINTS = 201
+_LEAST, _MOST = 1e-6, 1e9  # of a frequency, rad/s
 _LEFT = 1e-10  # relative; another machine may round the vehicle's matrices otherwise
 
 
@@ -135,6 +136,9 @@ def _size(about: BoundedFigure, form: str, effort: int, L: int | None) -> int:
 def _places(omega0: float | Sequence[points.Place]) -> tuple[points.Place, ...]:
     places = (omega0,) if isinstance(omega0, int | float) else tuple(omega0)
     numbers = [value for place in places for value in (place if isinstance(place, tuple) else (place,))]
-    if not places or not all(math.isfinite(value) and value > 0 for value in numbers):
-        raise BadInput(f"omega0 is {omega0}; give frequencies above 0 rad/s, or pairs of frequency and damping ratio")
+    if not places or not all(_LEAST <= value <= _MOST for value in numbers):
+        raise BadInput(
+            f"omega0 is {shown(omega0)}; give frequencies from {_LEAST:g} to {_MOST:g} rad/s, or pairs of frequency "
+            "and damping ratio"
+        )
     return places

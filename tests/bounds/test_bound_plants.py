@@ -19,6 +19,7 @@ from posreal.bounds.file import load_bound
 from posreal.bounds.interpolation_space import Space
 from posreal.bounds.points import passive
 from posreal.errors import BadInput
+from posreal.specification import named
 
 DEVICES = ("30", "3 + 0.2*s", "8*5*s/(8*s + 5)", "4 + 6/s", "0")
 
@@ -177,3 +178,9 @@ def test_what_only_the_axis_forgives_breaks_the_inequality_at_some_point(text, p
         Sigma = space.operator(space.rational(sigma))
         broken = (Sigma * Sigma.transpose())[0, 0] - arb(1)
         assert broken > 0
+
+
+@pytest.mark.parametrize("omega0", [1e308, 1e-308, float("nan"), 0.0, [20.0, (50.0, -1.0)], []])
+def test_a_place_that_is_no_frequency(omega0):
+    with pytest.raises(BadInput, match="give frequencies from 1e-06"):
+        bound(named.problem("quarter-car"), L=4, omega0=omega0)
