@@ -32,3 +32,8 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "",
 def percent(value: float | None, digits: int = 2) -> str:
     """A signed percentage, or a dash."""
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f} %"  # + 0.0: no "−0.00"
+
+
+def counted(count: int, noun: str) -> str:
+    """``1 spring``, ``2 springs``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -350,3 +350,49 @@ def test_a_strut_is_drawn_between_what_it_stands_between(posreal, problem, ends)
         _, out, _ = posreal(*words)
         assert f"─ {ends}" in out
         assert ends == "bogie" or "bogie" not in out
+
+
+def test_a_network_that_brings_the_static_spring_again_is_said(posreal):
+    out = posreal("evaluate", "quarter-car", "k=60e3 | c=1500")[1]
+    assert "own spring of 60 kN/m comes on top of what stands beside it, 60 kN/m" in out
+    note = json.loads(posreal("evaluate", "vertical-comfort", "k=5e6 + c=1.8e4 + b=4110", "--json")[1])["notes"]
+    assert len(note) == 1
+    assert "behind it, 5 MN/m" in note[0]
+    for device in (["c=1500"], ["k=25e3 | c=1500"], ["S3", "c=1500", "b=50"]):
+        assert "on top of" not in posreal("evaluate", "quarter-car", *device)[1]
+    assert json.loads(posreal("evaluate", "quarter-car", "c=1500", "--json")[1])["notes"] == []
+
+
+def test_an_impedance_is_a_device(posreal):
+    mobility = json.loads(posreal("evaluate", "quarter-car", "Z(s) = (s+2)/(1500s)", "--json")[1])
+    assert mobility["metrics"] == json.loads(posreal("evaluate", "quarter-car", "1500*s/(s+2)", "--json")[1])["metrics"]
+
+
+def test_a_network_goes_out_as_a_deck_and_comes_back(posreal, tmp_path):
+    deck = str(tmp_path / "strut.cir")
+    network = "k=1000 | c=20 + b=3"
+    assert posreal("realise", network, "--write", deck)[0] == 0
+    assert "1 spring, 1 damper, 1 inerter of 3 kg" in posreal("realise", deck)[1]
+    assert json.loads(posreal("evaluate", "quarter-car", deck, "--json")[1])["device"]["network"] == network
+
+
+def test_what_is_written_shows_the_strut_and_the_device_is_read_back(posreal, tmp_path):
+    drawn, device = tmp_path / "strut.txt", tmp_path / "device.net"
+    words = [
+        "synthesise",
+        "quarter-car",
+        "--order",
+        "1",
+        "--starts",
+        "2",
+        "--write",
+        str(drawn),
+        "--write",
+        str(device),
+    ]
+    code, out, _ = posreal(*words)
+    assert code == 0
+    assert "k_static" in drawn.read_text()
+    assert drawn.read_text().split("\n")[0].strip() == next(line for line in out.split("\n") if "body" in line).strip()
+    assert "k_static" not in device.read_text()
+    assert posreal("evaluate", "quarter-car", str(device))[0] == 0

@@ -1,13 +1,16 @@
 """Ordinary algebra in s, read and never evaluated: ``(s^2 + s + 1)/(s^2 + s + 4)``, ``2.5e5/s + 2e4``.
 
+    device  :=  [ ("Y" | "Z") [ "(s)" ] "=" ] sum
     sum     :=  product  { ("+" | "-") product }
-    product :=  signed   { ("*" | "/") signed }
+    product :=  signed   { ("*" | "/") signed  |  power that begins with "s" or "(" }
     signed  :=  ("+" | "-") signed  |  power
     power   :=  atom [ ("^" | "**") signed integer ]
     atom    :=  number | "s" | "(" sum ")"
 
-Decimals are exact, nothing is implied (write ``2*s``), and length, nesting, degree and coefficient sizes
-are limited, so no text can make the reader slow.
+``2s``, ``4 s`` and ``(s+1)(s+3)`` are products. ``1/2s`` is refused: to some it is 1/(2s), to others s/2. An admittance
+is F/v; ``Z = …`` is the impedance v/F, whose inverse is meant [Smith2002].
+
+Decimals are exact, and length, nesting, degree and coefficient sizes are limited, so no text can make the reader slow.
 """
 
 from __future__ import annotations
@@ -29,6 +32,9 @@ HIGHEST_DEGREE = 40
 LARGEST_COEFFICIENT = 20_000  # bits of a coefficient's numerator or denominator
 MOST_WORK = 150_000_000  # sum over operations of (degree + 1)² times bits: a few seconds
 
+HEAD = re.compile(r"\s*([YZ])\s*(?:\(\s*s\s*\)\s*)?=")
+"""What may stand before a function: the admittance Y or the impedance Z that it is."""
+
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))",
     re.ASCII,  # other scripts have digits too
@@ -49,8 +55,8 @@ def read(text: str, kind: type[Rational]) -> Rational:
     return _Reader(text, kind).read()
 
 
-def _tokens(text: str) -> list[_Token]:
-    found, position = [], 0
+def _tokens(text: str, position: int = 0) -> list[_Token]:
+    found = []
     while text[position:].strip():
         match = _TOKEN.match(text, position)
         if match is None:
@@ -75,7 +81,8 @@ def _error(text: str, position: int, complaint: str) -> BadDevice:
 class _Reader:
     def __init__(self, text: str, kind: type[Rational]) -> None:
         self.text, self.kind = text, kind
-        self.tokens = _tokens(text)
+        self.head = HEAD.match(text)
+        self.tokens = _tokens(text, 0 if self.head is None else self.head.end())
         self.next = 0
         self.depth = 0
         self.work = 0
@@ -86,7 +93,11 @@ class _Reader:
         value = self.sum()
         if self.here.kind != "end":
             raise self.error(f"expected an operator before {shown(self.here.text)}")
-        return value
+        if self.head is None or self.head[1] == "Y":
+            return value
+        if value.is_zero():
+            raise BadDevice("An impedance Z = 0 is a rigid link, which no admittance describes; give one that is not.")
+        return value.inverse()
 
     @property
     def here(self) -> _Token:
@@ -109,14 +120,22 @@ class _Reader:
         return value
 
     def product(self) -> Rational:
-        value = self.signed()
-        while mark := self.accept("*", "/"):
+        value, divided = self.signed(), False
+        while mark := self.accept("*", "/") or self.implied():
             position = self.here
-            other = self.signed()
+            if mark == "implied" and divided:
+                raise self.error("write '*' or brackets after a division: 1/2s is s/2 to some and 1/(2*s) to others")
+            divided = mark == "/" or (divided and mark == "implied")
+            other = self.power() if mark == "implied" else self.signed()
             if mark == "/" and other.is_zero():
                 raise _error(self.text, position.position, "division by zero")
-            value = self.limited(value.times(other if mark == "*" else other.inverse()))
+            value = self.limited(value.times(other.inverse() if mark == "/" else other))
         return value
+
+    def implied(self) -> str | None:
+        """Whether a factor follows without a mark: ``2s``, ``(s+1)(s+3)``."""
+        follows = (self.here.kind, self.here.text) in (("name", "s"), ("mark", "("))
+        return "implied" if follows else None
 
     def signed(self) -> Rational:
         self.depth += 1

@@ -77,6 +77,7 @@ def evaluate(
         document: dict[str, Any] = {"problem": question.name, "device": design.to_dict()["device"]}
         document["metrics"] = metrics_to_dict(design.metrics)
         document["constraints"] = design.to_dict()["constraints"]
+        document["notes"] = list(design.found.get("notes", ()))
         if varied is not None:
             document["sweep"] = varied.to_dict()
         if ways is not None:
@@ -182,11 +183,14 @@ def synthesise(
         if realise:
             say("realising the admittance as a network")
             built, realisation = realised(design, prune=prune, progress=say)
-    written = write_network(realisation.network, write) if realise else []
+    written, ends = [], question.place.terminals
+    if realise:
+        strut = mounted(built.problem, realisation.network)
+        written = write_network(realisation.network, write, strut=strut, terminals=ends)
     shown = built if realise else design
     varied = vary(shown, over) if over else None
     if as_json:
-        network = {"network": network_dict(realisation, ascii, width, question.place.terminals)} if realise else {}
+        network = {"network": network_dict(realisation, ascii, width, ends)} if realise else {}
         extra = {} if varied is None else {"sweep": varied.to_dict()}
         print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
@@ -195,8 +199,7 @@ def synthesise(
     print_design(shown, heading=f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else ""))
     if realise:
         print("\nNetwork by ", end="")
-        strut = mounted(shown.problem, realisation.network)
-        print_network(realisation, ascii, width, shown=strut, terminals=question.place.terminals)
+        print_network(realisation, ascii, width, shown=strut, terminals=ends)
     print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from posreal.cli.options import Ascii, AsJson, DeviceWords, Seed, Width, Write, band, number, one_device
-from posreal.cli.output import check_paths, network_dict, print_json, print_network, readable, write_network
+from posreal.cli.output import check_paths, network_dict, print_json, print_network, progress, readable, write_network
 from posreal.errors import BadInput, Infeasible
 
 Repair = Annotated[
@@ -83,7 +83,8 @@ def realise(
         for option, value in refused.items():
             if value is not None:
                 raise BadInput(f"{option} goes with one network; --method all lists every one, those with levers too")
-        found = realise_all(target)
+        with progress() as say:
+            found = realise_all(target, progress=say)
         if limits is not None:
             found = [r for r in found if limits.broken_by(r.network) is None]
             if not found:
@@ -93,7 +94,11 @@ def realise(
         else:
             print("\n".join([*changed, _listing(found)]))
         return
-    realisation = build(target, method, levers=levers, tolerance=tolerance, band=band(over), limits=limits, seed=seed)
+    where = band(over)
+    with progress() as say:
+        realisation = build(
+            target, method, levers=levers, tolerance=tolerance, band=where, limits=limits, seed=seed, progress=say
+        )
     written = write_network(realisation.network, write)
     if as_json:
         print_json({"network": network_dict(realisation, ascii, width), "notes": changed})

@@ -57,14 +57,15 @@ def print_network(
 ) -> None:
     """Diagram (of `shown`, the network in its mounting, if given), element table, notation and proof."""
     from posreal.network.table import table as elements
+    from posreal.text_table import counted
     from posreal.units import engineering
 
     counts = realisation.network.counts
     together = f" of {engineering(_inertance_built(realisation.network), 'kg')} in all" if counts.inerters else ""
-    print(
-        f"{realisation.method}: {counts.total} elements ({counts.springs} springs, {counts.dampers} dampers, "
-        f"{counts.inerters} inerters{together}" + (f", {counts.levers} levers" if counts.levers else "") + ")"
-    )
+    kinds = [f"{counted(counts.springs, 'spring')}, {counted(counts.dampers, 'damper')}"]
+    kinds += [counted(counts.inerters, "inerter") + together]
+    kinds += [counted(counts.levers, "lever")] if counts.levers else []
+    print(f"{realisation.method}: {counted(counts.total, 'element')} ({', '.join(kinds)})")
     for note in realisation.notes:
         print(f"  {note}")
     print(f"\n{drawn(shown or realisation.network, ascii, width, terminals)}\n")
@@ -73,12 +74,18 @@ def print_network(
     print(f"relative residual of its admittance, recomputed from its graph: {realisation.residual:.1e}")
 
 
-def write_network(network: Network, paths: Sequence[Path] | None) -> list[str]:
-    """Write the files asked for and say which, as lines."""
+def write_network(
+    network: Network,
+    paths: Sequence[Path] | None,
+    *,
+    strut: Network | None = None,
+    terminals: tuple[str, str] = TERMINALS,
+) -> list[str]:
+    """Write the files asked for and say which, as lines; `strut` is drawn, where there is one."""
     from posreal.study.export import export
 
     for path in paths or ():
-        export(network, path)
+        export(network, path, strut=strut, terminals=terminals)
     return [f"wrote {path}" for path in paths or ()]
 
 
@@ -113,8 +120,11 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
     print(table(["metric", "value", "unit", "better", ""], rows, "lrlrl"))
     for constraint in design.problem.constraints:
         print(f"  {constraint}: {constraint.verdict(design.metrics)}")
-    if design.found:
-        print("  found by: " + ", ".join(_finding(k, v) for k, v in design.found.items() if v not in ([], ())))
+    how = [_finding(key, value) for key, value in design.found.items() if key != "notes" and value not in ([], ())]
+    if how:
+        print("  found by: " + ", ".join(how))
+    for note in design.found.get("notes", ()):
+        print(f"  note: {note}")
 
 
 def _improves(problem: Problem, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""A device as people write it: a network, an admittance in s, or a file with one of them or with JSON of posreal's."""
+"""A device as people write it: a network, an admittance in s, or a file with one of them, with JSON or a deck."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from posreal.admittance import Rational, as_rational
 from posreal.errors import BadDevice, BadInput, plain
 from posreal.files import json_document, read_text
 from posreal.network.notation import parse
+from posreal.network.read_spice import read_spice
 from posreal.network.tree import Network
 
+_DECKS = (".cir", ".sp", ".spice", ".ckt")
 _ELEMENT = re.compile(r"\s*[({\s]*[kcb]\w*\s*(=|[|+)]|$)")
 
 
@@ -34,7 +36,7 @@ def read_device(text: str) -> Network | Rational | None:
 
 def is_file(text: str) -> bool:
     """Whether this names a file rather than a device."""
-    if text.endswith((".json", ".txt", ".net")):
+    if text.endswith((".json", ".txt", ".net", *_DECKS)):
         return "\n" not in text
     try:
         return stat.S_IFMT(os.stat(text).st_mode) != stat.S_IFDIR  # a pipe too, to be refused as what it is
@@ -45,6 +47,8 @@ def is_file(text: str) -> bool:
 def _from_file(path: Path) -> Network | Rational | None:
     text = read_text(path).strip()
     try:
+        if str(path).endswith(_DECKS):
+            return read_spice(text)
         if not text.startswith("{") or '"' not in text:
             if is_file(text):
                 raise BadInput(f"{plain(path)} names another file; give a file that holds a device")

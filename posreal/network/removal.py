@@ -78,13 +78,13 @@ def _of_graph(branches: list[tuple[int, int, Part]]) -> Part:
     joined = [branch for branch in rest if branch[0] != branch[1]]
     graph = nx.Graph([(1, 0), *((u, v) for u, v, _ in joined)])
     carrying = next(nodes for nodes in nx.biconnected_components(graph) if {0, 1} <= nodes)
-    kept = _joined([branch for branch in joined if {*branch[:2]} <= carrying])
+    kept = put_together([branch for branch in joined if {*branch[:2]} <= carrying])
     if not kept:
         return OPEN
     return kept[0][2] if len(kept) == 1 else Graph(tuple(kept))
 
 
-def _joined(branches: list[Branch]) -> list[Branch]:
+def put_together(branches: list[Branch]) -> list[Branch]:
     """Branches side by side and end to end put together until no more are."""
     while True:
         beside: dict[frozenset[int], list[Branch]] = defaultdict(list)

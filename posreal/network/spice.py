@@ -52,10 +52,13 @@ _APART = """\
 *   V(m1), V(m2) ... are the forces through them, 1 V = 1 N; an element there is a mobility to ground,
 *   R = c, C = 1/k or L = b, and a pair of sources G ties the force to the velocity across the parts.
 """
+WRITTEN = "* As posreal writes it: "
+"""Begins the comment that has the network in one line."""
 _SOURCE = """
 Vport 1 0 DC 0 AC 1
 Hport y 0 Vport -1
 """
+END_OF_CIRCUIT = "* Linear and driven by AC alone"
 _ANALYSIS = """\
 * Linear and driven by AC alone: no operating point is needed, and none need exist.
 * An analysis for each decade: pivots are chosen anew in each, and strictly, or digits are lost.
@@ -104,7 +107,7 @@ def spice(
     decades = math.log10(high / low)
     omega = 2 * np.pi * np.geomspace(low, high, 2 + int(POINTS * decades))
     deck = _Deck()
-    header = _HEADER.format(title=title)
+    header = _HEADER.format(title=title) + f"{WRITTEN}{network}\n"
     if _lost(flat, 1j * omega) < LOST:
         for edge in flat.edges:
             deck.element(edge.name, edge.element, str(edge.start), str(edge.end))

@@ -12,7 +12,9 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from posreal.admittance import Rational
 from posreal.admittance.device import as_rational
+from posreal.admittance.parse import HEAD
 from posreal.admittance.positive_real import require
 from posreal.bounds.guard import guarded
 from posreal.errors import BadDevice, BadInput, listed, shown
@@ -23,9 +25,11 @@ from posreal.optimisation.layout_values import evaluate_layout
 from posreal.specification.design import Design
 from posreal.specification.layout import layout
 from posreal.specification.problem import Problem
-from posreal.units import exact_quantity
+from posreal.units import engineering, exact_quantity
 from posreal.vehicle import parameters
 
+_ALIKE = 0.5, 2.0
+"""Times the vehicle's own spring: a spring of the device that may be meant for the same."""
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
 
 
@@ -54,7 +58,36 @@ def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Desi
     metrics = problem.metrics(problem.port(admittance))
     values = {} if network is None else network.values()
     name = label or ("default" if device is None else str(device))
-    return guarded(Design(name, problem, admittance, metrics, network=network, parameters=values))
+    twice = [] if device is None or admittance is None else _twice(problem, admittance)
+    found = {"notes": twice} if twice else {}
+    return guarded(Design(name, problem, admittance, metrics, network=network, parameters=values, found=found))
+
+
+def _twice(problem: Problem, device: Rational) -> list[str]:
+    """Sentences about a device that seems to bring the spring that its place holds already."""
+    beside, behind = problem.mounting.beside, problem.mounting.behind
+    said = []
+    for stands, own, rest in (
+        ("beside", _at_rest(device), 0.0 if beside is None else _at_rest(beside)),
+        ("behind", _at_the_top(device), 0.0 if behind is None else _at_the_top(behind)),
+    ):
+        if rest > 0 and _ALIKE[0] < own / rest < _ALIKE[1]:
+            said.append(
+                f"the device's own spring of {engineering(own, 'N/m')} comes on top of what stands {stands} it, "
+                f"{engineering(rest, 'N/m')} of the vehicle: a network or an admittance takes the device's place, only "
+                "a layout is the whole strut"
+            )
+    return said
+
+
+def _at_rest(device: Rational) -> float:
+    return float(device.static_stiffness)
+
+
+def _at_the_top(device: Rational) -> float:
+    """The stiffness of a spring in series with everything else; 0 where there is none."""
+    compliance = 0.0 if device.is_zero() else float(device.inverse().inertance)
+    return 1 / compliance if compliance > 0 else 0.0
 
 
 def read_design(problem: Problem, words: Sequence[str]) -> Design:
@@ -108,6 +141,8 @@ def _element_value(name: str, text: str) -> Any:
 
 def _is_layout(text: str) -> bool:
     first = text.split()[0] if text.split() else ""
+    if HEAD.match(text):
+        return False
     return bool(re.fullmatch(r"[A-Za-z]\w*", first) and not re.fullmatch(r"[kcbs]\w*|default|none", first)) or (
         first.endswith(".toml")
     )

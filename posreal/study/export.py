@@ -12,12 +12,16 @@ from posreal.network.latex import latex
 from posreal.network.picture import picture
 from posreal.network.spice import spice
 
-_WRITERS: dict[str, Callable[[Network], bytes]] = {
-    ".png": lambda network: picture(network, format="png"),
-    ".svg": lambda network: picture(network, format="svg"),
+Terminals = tuple[str, str]
+_TERMINALS = ("body", "bogie")
+_DRAWN: dict[str, Callable[[Network, Terminals], bytes]] = {
+    ".png": lambda network, ends: picture(network, ends, format="png"),
+    ".svg": lambda network, ends: picture(network, ends, format="svg"),
+    ".tex": lambda network, ends: latex(network, ends, document=True).encode(),
+    ".txt": lambda network, ends: (diagram(network, ends) + "\n").encode(),
+}
+_READ_AGAIN: dict[str, Callable[[Network], bytes]] = {
     ".cir": lambda network: spice(network).encode(),
-    ".tex": lambda network: latex(network, document=True).encode(),
-    ".txt": lambda network: (diagram(network) + "\n").encode(),
     ".net": lambda network: f"{network}\n".encode(),
 }
 
@@ -29,18 +33,24 @@ def checked(path: str | Path) -> Path:
     ------
     BadInput
     """
-    return require_writable(path, _WRITERS)
+    return require_writable(path, (*_DRAWN, *_READ_AGAIN))
 
 
-def export(network: Network, path: str | Path) -> None:
+def export(
+    network: Network, path: str | Path, *, strut: Network | None = None, terminals: Terminals = _TERMINALS
+) -> None:
     """Write a network to a file, whole or not at all.
 
     Parameters
     ----------
     network : Network
     path : path
-        Ending in .png or .svg (picture), .cir (SPICE deck), .tex (LaTeX with circuitikz), .txt (text diagram) or
-        .net (one-line notation, which posreal reads again).
+        Ending in .png or .svg (picture), .tex (LaTeX with circuitikz), .txt (text diagram), .cir (SPICE deck) or
+        .net (one-line notation); the last two posreal reads again as a device.
+    strut : Network, optional
+        What is drawn instead: the network with the vehicle's spring beside or behind it.
+    terminals : (str, str)
+        What it stands between.
 
     Raises
     ------
@@ -48,4 +58,6 @@ def export(network: Network, path: str | Path) -> None:
         For another ending, or if the file cannot be written.
     """
     path = checked(path)
-    write_whole(path, _WRITERS[path.suffix.lower()](network))
+    ending = path.suffix.lower()
+    content = _DRAWN[ending](strut or network, terminals) if ending in _DRAWN else _READ_AGAIN[ending](network)
+    write_whole(path, content)

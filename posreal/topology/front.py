@@ -20,6 +20,7 @@ from posreal.network.topologies import Form, key, letters, valued
 from posreal.optimisation.caveats import reported
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
+from posreal.text_table import counted
 from posreal.topology.degenerate import limits
 from posreal.topology.equivalent import fitted, sample
 from posreal.topology.found import NO_GAIN, Found, SearchSettings, generator
@@ -105,7 +106,7 @@ def designed(problem: Problem, settings: SearchSettings, one: Found) -> Design |
         return None
     vehicle = {name: float(getattr(tuned.vehicle, name)) for name in problem.free}
     design = Design(
-        f"{count} elements",
+        counted(count, "element"),
         tuned,
         device,
         metrics,

@@ -22,6 +22,15 @@ from posreal.errors import BadDevice
         ("6/2*s", [0, 3], [1]),
         (".5 + 1.", ["3/2"], [1]),
         ("--s - -1", [1, 1], [1]),
+        ("2s", [0, 2], [1]),
+        ("4 s + 3 s^2", [0, 4, 3], [1]),
+        ("(s+1)(s+3)/(s+2)", [3, 4, 1], [2, 1]),
+        ("-2s(s+1)^2/3", [0, "-2/3", "-4/3", "-2/3"], [1]),
+        ("1/s*s(s+1)", [1, 1], [1]),
+        ("Y = 2s", [0, 2], [1]),
+        ("Y(s)=s+1", [1, 1], [1]),
+        ("Z = (s+1)/(2s)", [0, 2], [1, 1]),
+        (" Z( s ) = 1/3", [3], [1]),
     ],
 )
 def test_reads_ordinary_algebra(text, numerator, denominator):
@@ -32,7 +41,15 @@ def test_reads_ordinary_algebra(text, numerator, denominator):
     ("text", "complaint"),
     [
         ("", "empty"),
-        ("2s", "operator before 's'.*character 2"),
+        ("2 3", "operator before '3'.*character 3"),
+        ("(s+1)2", "operator before '2'"),
+        ("s2", "'s2' is not known"),
+        ("1/2s", "after a division.*character 4"),
+        ("(s+1)/(s+2)(s+3)", "after a division"),
+        ("s/3(s+1)s", "after a division"),
+        ("Z = 0", "rigid"),
+        ("Z = Y = s", "'=' is not part"),
+        ("X = s", "'=' is not part"),
         ("k/s", "'k' is not known"),
         ("(s+1", r"expected '\)'.*character 5"),
         ("s+", "found 'the end'"),
@@ -67,7 +84,20 @@ def test_hostile_text_does_not_hang_the_reader(text):
         parse_rational(text)
 
 
-@given(st.text(alphabet="s0123456789.+-*/^()e ", max_size=30))
+@given(st.text(alphabet="s0123456789.+-*/^()e YZ=", max_size=30))
 def test_any_text_is_read_or_refused(text):
     with suppress(BadDevice):
         parse_rational(text)
+
+
+@given(st.lists(st.sampled_from(["2", "s", "(s+3)", "(2*s^2+1)", "s^2", "5.5"]), min_size=1, max_size=6))
+def test_a_product_without_a_mark_is_the_product(factors):
+    """Wherever two factors may stand side by side at all: a number only comes first."""
+    beside = " ".join(factors)
+    wanted = parse_rational("*".join(factors))
+    if any(factor[0].isdigit() for factor in factors[1:]):
+        with pytest.raises(BadDevice, match="operator before"):
+            parse_rational(beside)
+    else:
+        assert parse_rational(beside) == wanted
+        assert parse_rational(f"Z = {beside}") == wanted.inverse()

@@ -101,6 +101,7 @@ def test_the_deck_reads_well():
 *   volt = m/s (velocity), ampere = N (force), so admittance I/V = F/v in N s/m
 *   inductor L = 1/k (spring, N/m)   resistor R = 1/c (damper, N s/m)   capacitor C = b (inerter, kg)
 * Node 1 is the first terminal, node 0 the second. One volt drives node 1: V(y) is Y(j omega).
+* As posreal writes it: k=200000 | (c=20000 + b=300)
 
 Vport 1 0 DC 0 AC 1
 Hport y 0 Vport -1
