@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.reproduce import Reproduction, reproduce
     from posreal.study.sweep import Sweep, sweep
+    from posreal.study.tolerance import tolerance
+    from posreal.study.tolerance_result import Tolerance
     from posreal.synthesis.in_cvxpy import step_in_cvxpy
     from posreal.synthesis.synthesise import synthesise
     from posreal.topology.result import Search
@@ -143,6 +145,8 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "Sweep",
         "sweep",
     ),
+    "posreal.study.tolerance": ("tolerance",),
+    "posreal.study.tolerance_result": ("Tolerance",),
     "posreal.synthesis.in_cvxpy": ("step_in_cvxpy",),
     "posreal.synthesis.synthesise": ("synthesise",),
     "posreal.topology.result": ("Search",),
@@ -192,6 +196,7 @@ __all__ = [
     "Spring",
     "StateSpace",
     "Sweep",
+    "Tolerance",
     "Vehicle",
     "Verdict",
     "__version__",
@@ -224,6 +229,7 @@ __all__ = [
     "sweep",
     "synthesise",
     "table",
+    "tolerance",
 ]
 
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from posreal import __version__
-from posreal.cli import bounds, designs, devices, listings, searches
+from posreal.cli import bounds, designs, devices, listings, robustness, searches
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError, plain
 
@@ -59,6 +59,7 @@ app.command()(searches.search)
 app.command()(bounds.bound)
 app.command("check-bound")(bounds.check_bound)
 app.command()(designs.compare)
+app.command(context_settings=DEVICE_FIRST)(robustness.tolerance)
 app.command()(designs.reproduce)
 
 

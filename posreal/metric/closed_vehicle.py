@@ -39,11 +39,14 @@ class ClosedVehicle:
     ----------
     vehicle : Cut
     devices : mapping of place to Rational
-        The admittance of the whole place, whatever stands beside and behind the device included.
+        The admittance of the whole place, whatever stands beside and behind the device included; of other ports, what
+        the vehicle says that they hold.
+    confirmed : bool
+        Whether figures are confirmed by a second method; without, they are good for looking at many vehicles only.
     """
 
-    def __init__(self, vehicle: Cut, devices: Mapping[str, Rational]) -> None:
-        self.vehicle, self.devices = vehicle, dict(devices)
+    def __init__(self, vehicle: Cut, devices: Mapping[str, Rational], *, confirmed: bool = True) -> None:
+        self.vehicle, self.devices, self.confirmed = vehicle, {**getattr(vehicle, "held", {}), **devices}, confirmed
         self._closed: dict[str, ClosedPlant] = {}
         self._values: dict[Measurable, Measured] = {}
         self._speeds: dict[float, ClosedVehicle] = {}
@@ -51,7 +54,7 @@ class ClosedVehicle:
     def on(self, load: str) -> ClosedPlant:
         """The closed vehicle on one of its load cases."""
         if load not in self._closed:
-            self._closed[load] = ClosedPlant(self.vehicle.plant(load), self.devices)
+            self._closed[load] = ClosedPlant(self.vehicle.plant(load), self.devices, confirmed=self.confirmed)
         return self._closed[load]
 
     def value(self, metric: Measurable) -> Measured:
@@ -65,5 +68,5 @@ class ClosedVehicle:
         if speed == self.vehicle.V:
             return self
         if speed not in self._speeds:
-            self._speeds[speed] = ClosedVehicle(self.vehicle.at(speed), self.devices)
+            self._speeds[speed] = ClosedVehicle(self.vehicle.at(speed), self.devices, confirmed=self.confirmed)
         return self._speeds[speed]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -80,6 +81,8 @@ class DampingRatio:
         """The value and where it is."""
         mode = self.least(closed)
         mode.require_positive()
+        if not closed.confirmed:
+            return Measured(100 * mode.ratio, self.unit, f"at {mode.speed:g} m/s", math.inf)
         between = self._between(closed, mode)
         between.require_positive()
         plant = closed.at(mode.speed).on(self.load)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
 from scipy.optimize import minimize_scalar
 
 from posreal.metric.closed_vehicle import ClosedVehicle
@@ -13,13 +12,16 @@ from posreal.metric.measured import Measured
 from posreal.metric.metric import Norm
 from posreal.metric.root_mean_square import SummedRootMeanSquare
 
+EVERY = 9  # speeds of the list, where the figure is not to be confirmed
+
 
 @dataclass(frozen=True)
 class LargestOverSpeeds:
     """The largest of `metric` over the range of `speeds` (m/s), with its speed.
 
     The speeds of the list are looked at first, by the metric's estimate; about the largest the speed is refined within
-    its neighbours. The figure at the speed found is the metric's own.
+    its neighbours. The figure at the speed found is the metric's own. Where it is not to be confirmed, every ninth
+    speed is looked at, and from the largest on those beside it as long as it rises.
     """
 
     metric: SummedRootMeanSquare
@@ -45,10 +47,17 @@ class LargestOverSpeeds:
         def at(speed: float) -> float:
             return self.metric.estimate(closed.at(float(speed)))
 
-        values = [at(speed) for speed in self.speeds]
-        top = int(np.argmax(values))
+        last = len(self.speeds) - 1
+        looked_at = range(last + 1) if closed.confirmed else sorted({*range(0, last, EVERY), last})
+        values = {i: at(self.speeds[i]) for i in looked_at}
+        while True:
+            top = max(values, key=values.__getitem__)
+            beside = [i for i in (top - 1, top + 1) if 0 <= i <= last and i not in values]
+            if not beside:
+                break
+            values |= {i: at(self.speeds[i]) for i in beside}
         speed = self.speeds[top]
-        low, high = self.speeds[max(top - 1, 0)], self.speeds[min(top + 1, len(self.speeds) - 1)]
+        low, high = self.speeds[max(top - 1, 0)], self.speeds[min(top + 1, last)]
         if low == high or (speed == high and at(speed - 1e-3 * (high - low)) < values[top]):
             return speed
         found = minimize_scalar(lambda v: -at(v), bounds=(low, high), method="bounded", options={"xatol": 1e-5})

@@ -9,13 +9,15 @@
 | peak in time | modes | exact polynomials: residues | their modes; companion exponential |
 
 A figure is returned with the relative difference of the two methods that agree on it. Where no two agree to
-`AGREED`, the answer is a sentence and no number.
+`AGREED`, the answer is a sentence and no number. A closed plant that is not `confirmed` goes the first way only: for
+thousands of draws of which those that are shown are confirmed afterwards.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -37,7 +39,8 @@ _MOST_POINTS = 400_000  # of a placed grid, some seconds
 
 @dataclass(frozen=True)
 class Settled:
-    """A figure in SI units, and how far apart the two methods are that agree on it, relative to it."""
+    """A figure in SI units, and how far apart the two methods are that agree on it, relative to it; infinitely far if
+    only one was asked."""
 
     value: float
     apart: float = 0.0
@@ -74,6 +77,15 @@ def settled(name: str, ways: Sequence[Callable[[], float]]) -> Settled:
     raise Unsettled(f"{name} cannot be told: independent methods give {values}; the device is too near to undamped")
 
 
+def unconfirmed(name: str, ways: Sequence[Callable[[], float]]) -> Settled:
+    """The figure by the first of the `ways` that gives a number."""
+    for way in ways:
+        with suppress(ArithmeticError, ValueError, Unsettled):
+            if math.isfinite(value := way()):
+                return Settled(value, math.inf)
+    raise Unsettled(f"{name} cannot be told")
+
+
 @lru_cache(maxsize=64)
 def _matrices(device: Rational) -> StateSpace:
     """The device at every speed and load case."""
@@ -88,12 +100,15 @@ class ClosedPlant:
     plant : Plant
     devices : mapping of group name to Rational
         The admittance in every port, whatever stands beside and behind the device included.
+    confirmed : bool
+        Whether every figure is confirmed by a second method.
     """
 
-    def __init__(self, plant: Plant, devices: Mapping[str, Rational]) -> None:
-        self.plant, self.devices = plant, dict(devices)
+    def __init__(self, plant: Plant, devices: Mapping[str, Rational], *, confirmed: bool = True) -> None:
+        self.plant, self.devices, self.confirmed = plant, dict(devices), confirmed
+        self.settled = settled if confirmed else unconfirmed
         self._transfers: dict[str, exact_loop.Transfer] = {}
-        self._by_modes: dict[float, dict[str, float]] = {}
+        self._by_modes: dict[tuple[float, float], dict[str, float]] = {}
         self._by_port: dict[float, dict[str, float]] = {}
 
     @property
@@ -158,7 +173,7 @@ class ClosedPlant:
 
     def band_rms(self, output: str, stop: float = quadrature.BAND) -> Settled:
         """Root mean square from 0 to `stop`, rad/s."""
-        return settled(
+        return self.settled(
             f"the r.m.s. of {output}",
             (
                 lambda: math.sqrt(self.band_mean_square_by_modes(output, stop)),
@@ -168,12 +183,12 @@ class ClosedPlant:
             ),
         )
 
-    def band_mean_square_by_modes(self, output: str, stop: float) -> float:
-        """Mean square from 0 to `stop` (rad/s) in closed form, unconfirmed."""
-        if stop not in self._by_modes:
-            squares = self.modes.mean_squares(0.0, stop).tolist()
-            self._by_modes[stop] = dict(zip(self.modes.outputs, squares, strict=True))
-        return self._by_modes[stop][output]
+    def band_mean_square_by_modes(self, output: str, stop: float, start: float = 0.0) -> float:
+        """Mean square from `start` to `stop` (rad/s) in closed form, unconfirmed."""
+        if (start, stop) not in self._by_modes:
+            squares = self.modes.mean_squares(start, stop).tolist()
+            self._by_modes[start, stop] = dict(zip(self.modes.outputs, squares, strict=True))
+        return self._by_modes[start, stop][output]
 
     def rms_on(self, rule: quadrature.Quadrature, output: str) -> float:
         """Root mean square by the port map on a rule that many devices share, unconfirmed."""
@@ -208,21 +223,28 @@ class ClosedPlant:
 
     def rms(self, output: str) -> Settled:
         """Root mean square over all frequencies; infinite where white noise passes straight through."""
-        transfer = self.transfer(output)
-        if not transfer.strictly_proper:
+        if self._passes_noise(output):
             return Settled(math.inf)
 
         def by_covariance() -> float:
             return math.sqrt(h2_norm.mean_square(self.shaped_loop(), output))
 
-        return settled(
+        return self.settled(
             f"the r.m.s. of {output}",
             (
                 by_covariance,
-                lambda: math.sqrt(transfer.mean_square_by_residues()),
-                lambda: math.sqrt(transfer.mean_square()),
+                lambda: math.sqrt(self.transfer(output).mean_square_by_residues()),
+                lambda: math.sqrt(self.transfer(output).mean_square()),
             ),
         )
+
+    def _passes_noise(self, output: str) -> bool:
+        """Whether white noise passes straight through, decided exactly where the figure is to be confirmed."""
+        if self.confirmed:
+            return not self.transfer(output).strictly_proper
+        shaping = self.plant.shaping
+        through = shaping is None or bool(shaping.D[0, 0])
+        return through and bool(self.loop.D[self.loop.output(output)].any())
 
     def rms_by_frequency(self, output: str) -> float:
         """The same by quadrature on the whole axis, for a plant without delays."""
@@ -234,7 +256,7 @@ class ClosedPlant:
     def summed_rms(self, output: str, rule: quadrature.Quadrature) -> Settled:
         """√(Σ |z|² S Δω) over an even grid."""
         step = float(rule.weight[0])
-        return settled(
+        return self.settled(
             f"the sum for {output}",
             (
                 lambda: self.rms_on(rule, output),
@@ -253,7 +275,7 @@ class ClosedPlant:
 
     def largest_gain(self, output: str) -> tuple[Settled, float]:
         """The largest gain over all frequencies (of several processes, singular value) and its frequency, rad/s."""
-        name, transfer = f"the largest gain to {output}", self.transfer(output)
+        name = f"the largest gain to {output}"
         grid = np.concatenate([self._gain_grid(self.poles), hinf_norm.grid(self.plant)])
         value, omega = hinf_norm.largest(self.loop, output, grid)
 
@@ -263,8 +285,9 @@ class ClosedPlant:
             return float(np.linalg.norm(z.reshape(-1, len(at)), axis=0).max())
 
         try:
-            return settled(name, (lambda: value, lambda: transfer.largest_gain()[0], by_port)), omega
+            return self.settled(name, (lambda: value, lambda: self.transfer(output).largest_gain()[0], by_port)), omega
         except Unsettled:
+            transfer = self.transfer(output)
             poles = np.array([complex(pole.real.mid(), pole.imag.mid()) for pole in transfer.poles()])
             seen, at = transfer.largest_gain_on(np.unique(np.abs(poles)))
             measured = settled(name, (lambda: value, lambda: seen, lambda: transfer.largest_gain()[0]))
@@ -278,17 +301,18 @@ class ClosedPlant:
 
     def peak(self, output: str, corners: Corners) -> tuple[Settled, float]:
         """The largest |z(t)| after an input made of ramps, and its instant in s (infinite: the limit)."""
-        transfer = self.transfer(output)
 
         def confirmed(of: Modes, second: Callable[[float], float]) -> tuple[Settled, float]:
             value, instant = time_response.peak(of, output, corners)
             if math.isinf(instant):
-                return settled(f"the limit of {output}", (lambda: value, lambda: self._limit(output, corners))), instant
-            return settled(f"the peak of {output}", (lambda: value, lambda: abs(second(instant)))), instant
+                ways = (lambda: value, lambda: self._limit(output, corners))
+                return self.settled(f"the limit of {output}", ways), instant
+            return self.settled(f"the peak of {output}", (lambda: value, lambda: abs(second(instant)))), instant
 
         try:
-            return confirmed(self.modes, lambda instant: transfer.ramp(instant, corners))
+            return confirmed(self.modes, lambda instant: self.transfer(output).ramp(instant, corners))
         except Unsettled:  # modes so far apart that floats lose them, and the instant with them
+            transfer = self.transfer(output)
             return confirmed(transfer.modes(output), lambda instant: transfer.ramp_by_exponential(instant, corners))
 
     def _limit(self, output: str, corners: Corners) -> float:

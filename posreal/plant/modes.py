@@ -25,6 +25,7 @@ Corners: TypeAlias = "Sequence[tuple[float, float]]"
 """(instant in s, change of slope) of an input made of ramps."""
 
 _EPS, _EXACT = 1e-16, 1e-11  # rounding of a mode's part, and what of the largest response it may be
+_RUN = 64  # samples of an even grid that share an exponential
 _FAR = 40.0  # from where the asymptotic series of the exponential integral is good to rounding
 
 
@@ -66,13 +67,17 @@ class Modes:
         """∫ Σ |z|² S dω from `start` to `stop` (rad/s) of every output."""
         mirrored = self.at(-self.poles)
         total = np.zeros(len(self.outputs))
+        known: dict[float, Complex] = {}  # delays of wheels repeat, and exponential integrals are the work
         for weight, driven in zip(self.weights, self.processes, strict=True):
             for i in driven:
                 for j in driven:
                     late = float(self.delays[i] - self.delays[j])
+                    apart = round(late, 15)
+                    if apart not in known:
+                        known[apart] = _integral(self.poles, late, start, stop)
                     straight = self.direct[:, i] * self.direct[:, j] * _cosine(late, start, stop)
                     products = self.residues[:, i] * mirrored[:, j]
-                    total += weight * (straight + 2 * (products @ _integral(self.poles, late, start, stop)).real)
+                    total += weight * (straight + 2 * (products @ known[apart]).real)
         return total
 
     def summed(self, omega: Real, step: float, output: str) -> float:
@@ -103,8 +108,7 @@ class Modes:
             offset, slope = offset - change * float(parts[channel].sum().real) - rate * at, slope + rate
             before = at
             here = (time > at) & (time <= (starts[i + 1] if i + 1 < len(events) else np.inf))
-            waves = np.exp(np.multiply.outer(time[here] - at, self.poles)) @ decay
-            total[here] = waves.real + offset + slope * time[here]
+            total[here] = _waves(time[here] - at, self.poles, decay) + offset + slope * time[here]
         size = float(np.abs(parts).sum()) * max(abs(change) for _, change in corners)
         if np.all(self.poles != 0) and size * _EPS <= _EXACT * float(np.abs(total).max(initial=0.0)):
             return total
@@ -141,6 +145,17 @@ def modes(loop: ClosedLoop, shaping: ShapingFilter | None = None) -> Modes:
         residues=np.concatenate([residues * shaping(poles), parts * plain.at(own)], axis=-1),
         direct=loop.D * shaping.D[0, 0],
     )
+
+
+def _waves(time: Real, poles: Complex, start: Complex) -> Real:
+    """Re Σₖ startₖ exp(λₖ t) at every instant; on an even grid each exponential is one of a block and one inside it."""
+    count = len(time)
+    even = np.linspace(time[0], time[-1], count) if count > 2 * _RUN else time[:0]
+    if not len(even) or np.abs(time - even).max() > 1e-15 * count * max(abs(time[0]), abs(time[-1])):
+        return np.asarray((np.exp(np.multiply.outer(time, poles)) @ start).real)
+    firsts = even[::_RUN]
+    inside = np.exp(np.multiply.outer(even[:_RUN] - even[0], poles))
+    return np.asarray((np.exp(np.multiply.outer(firsts, poles)) * start @ inside.T).real.ravel()[:count])
 
 
 def shortest_decay(poles: Complex, stop: float) -> float:

@@ -91,8 +91,12 @@ class Vehicle(Protocol):
         """
 
 
-def measure(vehicle: Vehicle, devices: Mapping[str, Rational], *more: str) -> dict[str, Measured]:
+def measure(
+    vehicle: Vehicle, devices: Mapping[str, Rational], *more: str, confirmed: bool = True
+) -> dict[str, Measured]:
     """The headline metrics of a vehicle, and `more` by name, with an admittance in every place.
+
+    Without `confirmed` each is computed one way only.
 
     Raises
     ------
@@ -101,7 +105,7 @@ def measure(vehicle: Vehicle, devices: Mapping[str, Rational], *more: str) -> di
     Infeasible
         If the vehicle is not stable.
     """
-    closed = ClosedVehicle(vehicle, devices)
+    closed = ClosedVehicle(vehicle, devices, confirmed=confirmed)
     vehicle.require_stable(closed)
     return {name: closed.value(metric) for name, metric in chosen(vehicle, (*vehicle.headline, *more)).items()}
 
