@@ -90,13 +90,13 @@ def tolerance(
         raise BadInput("nothing varies: the device has no elements; give vehicle parameters a tolerance")
     points = np.random.default_rng(seed).uniform(-1.0, 1.0, (draws, len(varied.parts)))
     with workers(jobs, backend, scheduler) as pool:
-        look = _Look(varied, pool, progress)
+        look = _Draws(varied, pool, progress)
         found = look.at(points, "draw")
         corners = _corners(look, points, found)
         return _summary(look, points, found, *corners, seed)
 
 
-class _Look:
+class _Draws:
     """Vehicles measured side by side."""
 
     def __init__(self, varied: Variation, pool: Workers, progress: Callable[[str], None]) -> None:
@@ -143,7 +143,7 @@ def _one(varied: Variation, key: bytes, at: Real, names: Sequence[str]) -> tuple
     return key, values
 
 
-def _corners(look: _Look, points: Real, found: Real) -> tuple[Real, Real, int]:
+def _corners(look: _Draws, points: Real, found: Real) -> tuple[Real, Real, int]:
     """Corners of the tolerances, their metrics, and how many there are in all.
 
     Every one where they are few. Otherwise, for each metric, from the corner to which the draws point, one value at a
@@ -171,7 +171,7 @@ def _corners(look: _Look, points: Real, found: Real) -> tuple[Real, Real, int]:
     return corners, np.array([row for _, row in known.values()]), 2**n
 
 
-def _summary(look: _Look, points: Real, found: Real, corners: Real, there: Real, of: int, seed: int) -> Tolerance:
+def _summary(look: _Draws, points: Real, found: Real, corners: Real, there: Real, of: int, seed: int) -> Tolerance:
     design, draws = look.varied.design, len(points)
     everywhere, numbers = np.vstack([points, corners]), np.vstack([found, there])
     bad, order = look.badness(numbers), np.argsort(look.sign * look.badness(found), axis=0, kind="stable")
@@ -257,12 +257,12 @@ def _interval(p: float, draws: int) -> tuple[int, int] | None:
     return (low, high) if low >= 0 and high < draws else None
 
 
-def _margins(look: _Look, found: Real, constraint: Constraint) -> Real:
+def _margins(look: _Draws, found: Real, constraint: Constraint) -> Real:
     slack = found[:, look.names.index(constraint.metric)] - constraint.value
     return slack if constraint.sense == ">=" else -slack
 
 
-def _near_limits(look: _Look, found: Real) -> list[tuple[str, int]]:
+def _near_limits(look: _Draws, found: Real) -> list[tuple[str, int]]:
     """Draws so near to a limit that one way does not decide."""
     return [
         (c.metric, int(row))
@@ -271,7 +271,7 @@ def _near_limits(look: _Look, found: Real) -> list[tuple[str, int]]:
     ]
 
 
-def _kept(look: _Look, found: Real) -> dict[Constraint, Real]:
+def _kept(look: _Draws, found: Real) -> dict[Constraint, Real]:
     """Which draws keep each constraint; none that is not stable."""
     with np.errstate(invalid="ignore"):
         return {c: _margins(look, found, c) >= -ROUNDING * abs(c.value) for c in look.varied.design.problem.constraints}
@@ -282,7 +282,7 @@ def _name(constraint: Constraint, among: Mapping[Constraint, Any]) -> str:
     return constraint.metric if [c.metric for c in among].count(constraint.metric) == 1 else str(constraint)
 
 
-def _shares(look: _Look, points: Real, found: Real) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]]]:
+def _shares(look: _Draws, points: Real, found: Real) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]]]:
     """Shares of the variance and first-order effects of every part on every metric."""
     good = np.isfinite(found).all(axis=1)
     u, values, n = points[good], found[good], points.shape[1]
