@@ -14,7 +14,7 @@ MAY_IMPORT = {
     "errors": set(),
     "numerics": {"errors"},
     "admittance": {"errors", "numerics"},
-    "text_table": set(),
+    "text_table": {"errors"},
     "files": {"errors"},
     "units": {"errors", "admittance"},
     "network": {"errors", "admittance", "units", "files"},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shlex
 import subprocess
 import sys
 
@@ -396,3 +397,46 @@ def test_what_is_written_shows_the_strut_and_the_device_is_read_back(posreal, tm
     assert drawn.read_text().split("\n")[0].strip() == next(line for line in out.split("\n") if "body" in line).strip()
     assert "k_static" not in device.read_text()
     assert posreal("evaluate", "quarter-car", str(device))[0] == 0
+
+
+def test_every_parameter_of_a_vehicle_is_listed(posreal, tmp_path):
+    out = posreal("vehicle", "vertical-comfort")[1]
+    for word in ("Crz", "64110", "N s/m", "airspring orifice damping", "[Jiang2012, Table 4]", "J1z_T [%g]"):
+        assert word in out
+    mine = tmp_path / "mine.toml"
+    mine.write_text('[side-view]\nmv = "42 t"\n')
+    listed = json.loads(posreal("vehicle", "side-view", "--vehicle", str(mine), "--json")[1])
+    assert listed["parameters"]["mv"] == {
+        "value": 42e3,
+        "unit": "kg",
+        "default": 38e3,
+        "meaning": "body mass",
+        "source": "Jiang2012, Table 4",
+    }
+    assert "did you mean side-view" in posreal("vehicle", "sideview")[2]
+
+
+def test_every_help_ends_with_examples_that_name_their_command(posreal):
+    from posreal.cli import app
+    from posreal.cli.examples import EXAMPLES
+
+    names = {command.name or command.callback.__name__ for command in app.registered_commands}
+    assert set(EXAMPLES) <= names
+    for command in names & set(EXAMPLES):
+        out = posreal(command, "--help")[1]
+        assert "Examples:" in out
+        for line in EXAMPLES[command]:
+            assert f"\n    {line}\n" in f"{out}\n"
+            assert line.startswith(f"posreal {command}")
+
+
+@pytest.mark.parametrize("command", ["problems", "layouts", "vehicle", "evaluate", "check", "realise"])
+def test_the_examples_work(posreal, command, tmp_path, monkeypatch):
+    from posreal.cli.examples import EXAMPLES
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text('network = "k | c"\n' if command == "layouts" else "[quarter-car]\nms = 300\n")
+    (tmp_path / "device.json").write_text('{"numerator": [1, 1, 1], "denominator": [4, 1, 1]}')
+    for line in EXAMPLES[command]:
+        code, out, _ = posreal(*shlex.split(line)[1:])
+        assert (code, bool(out)) == (1 if command == "check" else 0, True), line

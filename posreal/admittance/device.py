@@ -49,5 +49,5 @@ def as_rational(device: Device) -> Rational:
         return Rational(*device)
     raise BadDevice(
         f"{type(device).__name__} is not a device; give a Rational, text in s, (numerator, denominator) "
-        "lists in ascending powers, a network, or a python-control system."
+        "lists in ascending powers (Rational.descending takes the other order), a network, or a python-control system."
     )

@@ -31,8 +31,8 @@ class Rational:
     Parameters
     ----------
     numerator, denominator : sequence of number, or flint.fmpq_poly
-        Coefficients in **ascending** powers of s. Floats are taken as the exact rationals they are;
-        text such as ``"2.5e5"`` or ``"1/3"`` as what it says.
+        Coefficients in **ascending** powers of s (`descending` takes the other order). Floats are taken as the exact
+        rationals they are; text such as ``"2.5e5"`` or ``"1/3"`` as what it says.
 
     Raises
     ------
@@ -76,6 +76,17 @@ class Rational:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.to_dict(),)
+
+    @classmethod
+    def descending(cls, numerator: Iterable[Number], denominator: Iterable[Number] = (1,)) -> Rational:
+        """The same from coefficients in **descending** powers, as MATLAB, scipy.signal and python-control have them.
+
+        Examples
+        --------
+        >>> str(Rational.descending([1, 0], [1, 2, 3]))
+        's/(s^2 + 2*s + 3)'
+        """
+        return cls(list(numerator)[::-1], list(denominator)[::-1])
 
     # -- one element ----------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from posreal.bounds.value_form import ValueCertificate
 from posreal.errors import BadInput, shown
 from posreal.numerics.threads import one_thread
 from posreal.specification.design import Design
+from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 
 _MOST_POINTS = 201
@@ -24,7 +25,7 @@ _LEFT = 1e-10  # relative; another machine may round the vehicle's matrices othe
 
 @one_thread
 def bound(
-    subject: Problem | BoundedFigure,
+    subject: Problem | BoundedFigure | str,
     *,
     effort: int = 1,
     L: int | None = None,
@@ -40,7 +41,7 @@ def bound(
     Parameters
     ----------
     subject : Problem or Figure
-        A problem, whose objective is bounded over the whole band; or a figure of the user's own plant.
+        A problem or the name of one, whose objective is bounded over the whole band; or a figure of one's own plant.
     effort : int
         0 to 3: how many points, a few seconds to a few minutes.
     L : int, optional
@@ -84,7 +85,8 @@ def bound(
         if weights is not None:
             raise BadInput("a figure brings its own weights; give weights with a problem only")
     else:
-        about, named = figure(subject, weights), subject
+        named = as_problem(subject)
+        about = figure(named, weights)
     places = None if omega0 is None else _places(omega0)
     chosen = points.choose_form(about, form, places=places is not None, size=None if L is None else L + 1)
     size = _size(about, chosen, effort, L)

@@ -51,7 +51,7 @@ class Best:
     device: Rational | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Bound:
     """No positive-real device makes the figure smaller than `value`.
 
@@ -200,6 +200,9 @@ class Bound:
     def require_not_below(self, design: Design) -> None:
         """Raise `BelowBound` if a design of the same problem is below the bound."""
         self.beside(design)
+
+    def __repr__(self) -> str:
+        return f"<Bound on {self.metric}: {self.value:.6g} {self.unit}>"
 
     def __str__(self) -> str:
         unit = plain(self.unit, 20)

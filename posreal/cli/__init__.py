@@ -16,6 +16,7 @@ import typer
 
 from posreal import __version__
 from posreal.cli import bounds, designs, devices, listings, robustness, searches
+from posreal.cli.examples import epilog
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError, plain
 
@@ -50,6 +51,7 @@ def _root(
 
 app.command()(listings.problems)
 app.command()(listings.layouts)
+app.command()(listings.vehicle)
 app.command(context_settings=DEVICE_FIRST)(designs.evaluate)
 app.command()(designs.optimise)
 app.command()(designs.synthesise)
@@ -61,6 +63,10 @@ app.command("check-bound")(bounds.check_bound)
 app.command()(designs.compare)
 app.command(context_settings=DEVICE_FIRST)(robustness.tolerance)
 app.command()(designs.reproduce)
+
+for _command in app.registered_commands:
+    assert _command.callback is not None
+    _command.epilog = epilog(_command.name or _command.callback.__name__)
 
 
 def main() -> None:

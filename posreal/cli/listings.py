@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from posreal.cli.options import Ascii, AsJson
+from posreal.cli.options import Ascii, AsJson, VehicleFile
 from posreal.cli.output import drawn, print_json
 
 if TYPE_CHECKING:
@@ -38,6 +38,48 @@ def problems(as_json: AsJson = False) -> None:
         return
     rows = [[p.name, p.objective, ", ".join(p.keep) or "–", ", ".join(p.free) or "–", p.summary] for p in entries]
     print(table(["problem", "minimises", "keeps", "frees", ""], rows, "lllll"))
+
+
+def vehicle(
+    name: Annotated[str, typer.Argument(help="A vehicle, or a problem for its vehicle.")],
+    file: VehicleFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Parameters of a vehicle with unit, default and source, its places and its metrics."""
+    from posreal.specification.named import vehicle as named
+    from posreal.text_table import table
+    from posreal.vehicle import described, parameters
+
+    model, default = named(name, file), named(name)
+    rows = list(described(model)) if parameters(model) else []
+    defaults = parameters(default)
+    if as_json:
+        print_json(
+            {
+                "vehicle": model.name,
+                "parameters": {
+                    n: {"value": value, "unit": unit, "default": defaults[n], "meaning": meaning, "source": source}
+                    for n, value, unit, meaning, source in rows
+                },
+                "places": list(model.places),
+                "metrics": {n: metric.unit for n, metric in model.metrics.items()},
+            }
+        )
+        return
+    changed = file is not None
+    header = ["parameter", "value", *(["default"] if changed else []), "unit", "", "source"]
+    body = [
+        [n, f"{value:.10g}", *([f"{defaults[n]:.10g}"] if changed else []), _unit(unit), meaning, f"[{source}]"]
+        for n, value, unit, meaning, source in rows
+    ]
+    print(f"{model.name}\n")
+    print(table(header, body, "lrrlll" if changed else "lrlll"))
+    print(f"\n  places: {', '.join(model.places)}")
+    print(f"  metrics: {', '.join(f'{n} [{metric.unit}]' for n, metric in model.metrics.items())}")
+
+
+def _unit(text: str) -> str:
+    return "" if text == "1" else text.replace("*", " ")
 
 
 def layouts(

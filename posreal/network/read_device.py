@@ -12,7 +12,6 @@ from posreal.admittance import Rational, as_rational
 from posreal.errors import BadDevice, BadInput, plain
 from posreal.files import json_document, read_text
 from posreal.network.notation import parse
-from posreal.network.read_spice import read_spice
 from posreal.network.tree import Network
 
 _DECKS = (".cir", ".sp", ".spice", ".ckt")
@@ -48,6 +47,8 @@ def _from_file(path: Path) -> Network | Rational | None:
     text = read_text(path).strip()
     try:
         if str(path).endswith(_DECKS):
+            from posreal.network.read_spice import read_spice
+
             return read_spice(text)
         if not text.startswith("{") or '"' not in text:
             if is_file(text):

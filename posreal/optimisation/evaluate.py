@@ -24,6 +24,7 @@ from posreal.network.read_device import is_file, read_device
 from posreal.optimisation.layout_values import evaluate_layout
 from posreal.specification.design import Design
 from posreal.specification.layout import layout
+from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 from posreal.units import engineering, exact_quantity
 from posreal.vehicle import parameters
@@ -33,12 +34,12 @@ _ALIKE = 0.5, 2.0
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*)\s*=\s*([^=|+(){}]+)")
 
 
-def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Design:
+def evaluate(problem: Problem | str, device: Any, *, label: str | None = None) -> Design:
     """Put a device into the problem's vehicle and measure everything.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, or the name of one
     device : str, Network, Rational, python-control system, (numerator, denominator), or None
         In the device's place; text may also be a layout with values, a file, or ``default``.
 
@@ -51,6 +52,7 @@ def evaluate(problem: Problem, device: Any, *, label: str | None = None) -> Desi
     Infeasible
         If the vehicle is not stable with it.
     """
+    problem = as_problem(problem)
     if isinstance(device, str):
         return read_design(problem, device.split() if _is_layout(device) else [device])
     network = device if isinstance(device, Network) else None

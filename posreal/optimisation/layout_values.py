@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -24,6 +25,8 @@ from posreal.optimisation.element_search import ElementSearch, Point, best_settl
 from posreal.optimisation.mean_square import has_light_modes
 from posreal.specification.design import Design
 from posreal.specification.layout import Layout
+from posreal.specification.layout import layout as read_layout
+from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 
 LOOKED_AT = 4  # ends, where a plant's own modes are light and a grid may not see the closed one's
@@ -31,8 +34,8 @@ LOOKED_AT = 4  # ends, where a plant's own modes are light and a grid may not se
 
 @one_thread
 def optimise(
-    problem: Problem,
-    layout: Layout,
+    problem: Problem | str,
+    layout: Layout | str | Path,
     *,
     starts: int = 6,
     seed: int = 0,
@@ -43,8 +46,8 @@ def optimise(
 
     Parameters
     ----------
-    problem : Problem
-    layout : Layout
+    problem : Problem, or the name of one
+    layout : Layout, the name of one, or a TOML file
     starts : int
         Local searches, from the best of 128 points spread over the bounds; one more begins at the default suspension
         where the layout has it as a limit.
@@ -68,6 +71,7 @@ def optimise(
         If no start led to a point that meets the constraints.
     """
     began = time.perf_counter()
+    problem, layout = as_problem(problem), read_layout(layout)
     search = ElementSearch(problem, layout)
     default = search.default()
     points = [*search.screened(starts, np.random.default_rng(seed)), *default]

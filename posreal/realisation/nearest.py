@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from flint import fmpq, fmpq_poly
 from numpy.typing import NDArray
 
 from posreal.admittance import (
@@ -34,7 +35,7 @@ from posreal.admittance import (
     roots,
     state_space,
 )
-from posreal.admittance.exact import to_float, to_fmpq
+from posreal.admittance.exact import rounded, to_float, to_fmpq
 from posreal.admittance.rational import S
 from posreal.errors import BadInput, Infeasible, listed
 from posreal.realisation.lift import smallest_damper, typical_size
@@ -44,6 +45,8 @@ from posreal.realisation.proof import corners
 
 WAYS = ("parallel", "series", "projection")
 FAR = 0.1  # of a pole's size: how far to the right of the axis it may be and still be mirrored
+DIGITS = 17  # of what a repair adds and of a projection's coefficients: as many as tell floats apart
+ROUNDED = 1e-13  # of a device's size: the damper that may make up for coefficients of so many digits
 POINTS = 200  # frequencies at which the change is measured
 
 
@@ -136,10 +139,30 @@ def nearest_positive_real(device: Device, way: str = "parallel") -> Repair:
     if step is None:
         blame = "pole" if way == "parallel" else "zero"
         raise Infeasible(f"No damper in {way} repairs this device, because a {blame} is to blame; try projection.")
-    lifted = side | Rational([step])
+    damper = _decimal(step, 1) if way == "parallel" else _decimal(1 / step, -1)
+    lifted = side | Rational([damper if way == "parallel" else 1 / damper])
     repaired = lifted if way == "parallel" else lifted.inverse()
-    damper = to_float(step if way == "parallel" else 1 / step)
-    return Repair(repaired, y, way, damper, relative_change(repaired, y))
+    return Repair(repaired, y, way, to_float(damper), relative_change(repaired, y))
+
+
+def _decimal(value: fmpq, side: int, digits: int = DIGITS) -> fmpq:
+    """A decimal of few digits next to the value, no less (`side` 1) or no more (-1) than it."""
+    near = rounded(value, digits)
+    return near if side * (near - value) >= 0 else rounded(value * (1 + side * fmpq(1, 10 ** (digits - 1))), digits)
+
+
+def _in_decimals(device: Rational, poles: fmpq_poly) -> Rational:
+    """The device with coefficients of few digits over the `poles` that it was to keep, still exactly positive real.
+
+    Where rounding costs that, a damper of rounding's size makes up for it; the device as it is, where none does.
+    """
+    top = device.n * (poles.leading_coefficient() / device.d.leading_coefficient())
+    kept = device.d.degree() == poles.degree()
+    short = Rational([rounded(c, DIGITS) for c in top.coeffs()], poles) if kept else device.rounded(DIGITS)
+    step = smallest_damper(short)
+    if step is None or to_float(step) > ROUNDED * typical_size(device):
+        return device
+    return short | Rational([_decimal(step, 1, 3)]) if step else short
 
 
 def relative_change(new: Rational, old: Rational) -> float:
@@ -169,6 +192,7 @@ def _projected(y: Rational) -> Repair:
     device, step = min(found, key=lambda pair: relative_change(pair[0], y))
     if device.is_zero():
         raise Infeasible("The nearest positive-real device is none at all, so there is nothing to repair; check signs.")
+    device = _in_decimals(device, stable.d)
     return Repair(device, y, "projection", to_float(step) or None, relative_change(device, y), mirrored)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from posreal.errors import Infeasible
 from posreal.metric import Measured
 from posreal.network import Network, nodal_admittance
 from posreal.specification.problem import Problem
+from posreal.text_table import frame, html, percent
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Design:
     """A device for a problem.
 
@@ -63,6 +65,33 @@ class Design:
                 f"  Y(s) = {device}" if self.network is None else f"  {self.network}",
             ]
         )
+
+    def __repr__(self) -> str:
+        device = "no device" if self.device is None else f"order {self.order}"
+        shown = device if self.network is None else str(self.network)
+        return f"<Design {self.label} for {self.problem.name}: {self.problem.objective} = {self.objective}, {shown}>"
+
+    def _records(self) -> list[dict[str, Any]]:
+        better = {name: self.improvement(name) for name in self.metrics}
+        return [
+            {"metric": name, "value": one.value, "unit": one.unit, "better_percent": better[name], "at": one.at}
+            for name, one in self.metrics.items()
+        ]
+
+    def to_frame(self) -> Any:
+        """Every metric as a ``pandas.DataFrame``: value, unit, per cent better than the default, and where."""
+        return frame(self._records(), "metric")
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [r["metric"], f"{r['value']:#.6g}", r["unit"], percent(r["better_percent"]), r["at"]]
+            for r in self._records()
+        ]
+        drawn = "" if self.network is None else self.network._repr_html_()
+        notes = [*self.problem.violated(self.metrics), *self.found.get("notes", ())]
+        said = "".join(f"<p>{escape(note)}</p>" for note in notes)
+        heading = f"{self.problem.name}: {self.label}"
+        return f"<div>{html(['metric', 'value', 'unit', 'better', ''], rows, heading)}{said}{drawn}</div>"
 
     @cached_property
     def port(self) -> Rational:

@@ -152,14 +152,16 @@ def layouts() -> tuple[Layout, ...]:
     return tuple(layout(path.name.removesuffix(".toml")) for path in sorted(_folder().iterdir(), key=lambda p: p.name))
 
 
-def layout(name: str | Path) -> Layout:
-    """A layout by name, or from a TOML file of the user's.
+def layout(name: str | Path | Layout) -> Layout:
+    """A layout by name, or from a TOML file of the user's; a layout as it is.
 
     Raises
     ------
     BadInput
         For an unknown name, or a file that is not a layout.
     """
+    if isinstance(name, Layout):
+        return name
     text = str(name)
     if text.endswith(".toml"):
         return read_layout(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,7 @@ def problem(
     objective: str | None = None,
     stiffness: float | None = None,
     vehicle_file: Any = None,
-    vehicle: Mapping[str, Any] | None = None,
+    vehicle: Mapping[str, Any] | str | Path | None = None,
     limits: Mapping[str, float] | None = None,
     worst_case: Sequence[Mapping[str, Any]] = (),
     at: str | None = None,
@@ -111,8 +112,8 @@ def problem(
         Static stiffness of ``quarter-car``, N/m.
     vehicle_file : path, optional
         TOML file whose table ``[plan-view]``, ``[side-view]`` or ``[quarter-car]`` overrides parameters.
-    vehicle : mapping, optional
-        Parameters to override, numbers in SI units or text with a unit.
+    vehicle : mapping or path, optional
+        Parameters to override, numbers in SI units or text with a unit; or a file of them, as `vehicle_file`.
     limits : mapping of metric to number, optional
         Upper limits on metrics, in their units, such as ``{"deflection_rear": 34.0}``. ``inertance`` is lim Y/s of the
         port, not the sum of a network's inerters.
@@ -145,6 +146,10 @@ def problem(
     if objective is not None:
         chosen = minimising(chosen, objective)
     model: Vehicle = chosen.vehicle
+    if isinstance(vehicle, str | Path):
+        if vehicle_file is not None:
+            raise BadInput("vehicle and vehicle_file are both files of parameters; give one")
+        vehicle_file, vehicle = vehicle, None
     if vehicle_file is not None:
         model = from_file(model, vehicle_file, model.name, tuple(kind.name for kind in VEHICLES))
     if vehicle:
@@ -163,6 +168,36 @@ def problem(
     if limits:
         chosen = limited(chosen, limits)
     return over_points(chosen, worst_case) if worst_case else chosen
+
+
+def as_problem(given: Problem | str) -> Problem:
+    """A problem, or the one of that name.
+
+    Raises
+    ------
+    BadInput
+        If it is neither.
+    """
+    if isinstance(given, Problem):
+        return given
+    if isinstance(given, str):
+        return problem(given)
+    raise BadInput(f"{shown(given)} is no problem; give a Problem, or the name of one: {listed(_PROBLEMS)}")
+
+
+def vehicle(name: str, file: Any = None) -> Vehicle:
+    """A vehicle by its own name or by that of a problem, with the parameters of a file laid over it.
+
+    Raises
+    ------
+    BadInput
+        For an unknown name, or a bad file.
+    """
+    models = {kind.name: kind() for kind in VEHICLES}
+    if name not in models and name not in _PROBLEMS:
+        raise BadInput(f"unknown vehicle {shown(name)}; {hint(name, [*models, *_PROBLEMS])}")
+    model = models[name] if name in models else _PROBLEMS[name].vehicle
+    return model if file is None else from_file(model, file, model.name, tuple(models))
 
 
 def minimising(problem: Problem, objective: str) -> Problem:

@@ -24,12 +24,13 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
-from posreal.vehicle import Place, Vehicle, measure, override
+from posreal.text_table import html
+from posreal.vehicle import Place, Vehicle, measure, override, parameters
 
 WORST_CASE = "worst-case "  # begins the objective's name where it is the worst over several operating points
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Problem:
     """One design problem; see :func:`problem` for the named ones.
 
@@ -67,6 +68,32 @@ class Problem:
     goal: Goal | None = None
     points: tuple[Mapping[str, float], ...] = ()
     reference: Vehicle | None = None
+
+    def __repr__(self) -> str:
+        return f"<Problem {self.name}: {self.summary}>"
+
+    def __str__(self) -> str:
+        """What is minimised, on which vehicle, subject to what."""
+        return "\n".join([f"{self.name}: {self.summary}", *(f"  {name}: {text}" for name, text in self._described())])
+
+    def _described(self) -> list[tuple[str, str]]:
+        limits = [f"{name} no worse than the default's" for name in self.keep]
+        limits += [
+            f"{name} at most {value:g} {self.vehicle.metrics[name].unit}" for name, value in self.at_most.items()
+        ]
+        values = ", ".join(f"{name} = {value:g}" for name, value in parameters(self.vehicle).items())
+        said = {
+            "minimises": self.objective,
+            "subject to": ", ".join(limits),
+            "free": ", ".join(f"{name} {r.lower:g} … {r.upper:g}" for name, r in self.free.items()),
+            "operating points": "; ".join(self.at_points),
+            "vehicle": f"{self.vehicle.name}{f' ({values})' if values else ''}",
+            "metrics": ", ".join(self.vehicle.metrics),
+        }
+        return [(name, text) for name, text in said.items() if text]
+
+    def _repr_html_(self) -> str:
+        return html([self.name, self.summary], self._described())
 
     # --- the vehicle around the device -----------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,14 @@ from posreal.optimisation.evaluate import evaluate
 from posreal.optimisation.layout_values import optimise
 from posreal.specification.design import Design
 from posreal.specification.layout import layouts
+from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 from posreal.study.strut import degree, realised, strut, terminals
 from posreal.synthesis.synthesise import synthesise
-from posreal.text_table import percent, table
+from posreal.text_table import frame, html, percent, table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Designs for one problem, in the order in which they are shown.
 
@@ -78,11 +80,51 @@ class Comparison:
         shown = problem.vehicle.columns
         return shown if problem.objective in shown else (*shown, problem.objective)
 
+    def __repr__(self) -> str:
+        return f"<Comparison of {len(self.rows)} designs for {self.problem.name}, best {self.best.objective}>"
+
     def __str__(self) -> str:
         return self.text()
 
+    def _repr_html_(self) -> str:
+        best = strut(self.best)
+        notes = "".join(f"<p>{escape(note)}</p>" for note in self._notes())
+        drawn = "" if best is None else best._repr_html_()
+        return f"<div>{html(*self._table(), f'{self.problem.name}: {self.problem.summary}')}{notes}{drawn}</div>"
+
+    def to_frame(self) -> Any:
+        """The designs as a ``pandas.DataFrame``: a row a design, with all its metrics in their units."""
+        return frame(
+            [
+                {
+                    "design": row.label,
+                    **{name: one.value for name, one in row.metrics.items()},
+                    "better_percent": self.improvement(row, self.problem.objective),
+                    "gap_percent": self.gap(row),
+                    "feasible": row.feasible,
+                    "network": None if (network := strut(row)) is None else str(network),
+                }
+                for row in self.rows
+            ],
+            "design",
+        )
+
     def text(self, *, ascii: bool = False) -> str:
         """The table, what to know about it, and the best network drawn."""
+        problem = self.problem
+        lines = [f"{problem.name}: {problem.summary}", "", table(*self._table()), ""]
+        lines += [f"  {note}" for note in self._notes()]
+        best = strut(self.best)
+        if best is not None:
+            lines += [
+                "",
+                f"  Best network, {self.best.label} ({self.best.objective}):",
+                "",
+                _drawn(best, problem, ascii),
+            ]
+        return "\n".join(lines)
+
+    def _table(self) -> tuple[list[str], list[list[str]]]:
         problem, metrics = self.problem, self._metrics
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         called = {name: name for name in metrics} | {problem.objective: self.objective_label}
@@ -113,17 +155,7 @@ class Comparison:
                     "–" if network is None else "+".join(str(n) for n in network.counts[:3]),
                 ]
             )
-        lines = [f"{problem.name}: {problem.summary}", "", table(header, body), ""]
-        lines += [f"  {note}" for note in self._notes()]
-        best = strut(self.best)
-        if best is not None:
-            lines += [
-                "",
-                f"  Best network, {self.best.label} ({self.best.objective}):",
-                "",
-                _drawn(best, problem, ascii),
-            ]
-        return "\n".join(lines)
+        return header, body
 
     def draw(self, path: str | Path) -> Path:
         """Draw the rows and the bound into a .png, .svg or .pdf; see :mod:`.comparison_figure`."""
@@ -183,7 +215,7 @@ def _drawn(network: Network, problem: Problem, ascii: bool) -> str:
 
 
 def compare(
-    problem: Problem,
+    problem: Problem | str,
     *,
     orders: Sequence[int] = (1, 2),
     seed: int = 0,
@@ -194,7 +226,7 @@ def compare(
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, or the name of one
     orders : sequence of int
         Orders of the synthesised devices; each starts from the one before.
     seed, jobs : int
@@ -215,6 +247,7 @@ def compare(
         if progress is not None:
             progress(text)
 
+    problem = as_problem(problem)
     rows: list[Design] = []
     notes: list[str] = []
     if problem.default_port is not None:

@@ -20,10 +20,10 @@ from posreal.study.drawing import save, sheet
 from posreal.study.strut import mounted, terminals
 from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import percent, table
-from posreal.topology.result import FrontPoint, Search
+from posreal.topology.result import FrontPoint, Search, short
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Pareto:
     """A search and what it is held against.
 
@@ -50,8 +50,18 @@ class Pareto:
             return None
         return 100 * (point.design.objective.value / min(reached) - 1)
 
+    def __repr__(self) -> str:
+        return f"<Pareto front of {self.search!r}>"
+
     def __str__(self) -> str:
         return self.text()
+
+    def _repr_html_(self) -> str:
+        return self.search._repr_html_()
+
+    def to_frame(self) -> Any:
+        """The front as a ``pandas.DataFrame``; see :meth:`Search.to_frame`."""
+        return self.search.to_frame()
 
     def text(self, *, ascii: bool = False) -> str:
         """The front as a table, with the best network drawn, its equivalents and the runners-up."""
@@ -83,10 +93,10 @@ class Pareto:
         lines += [f"  {name} = {best.design.parameters[name]:.6g}" for name in problem.free]
         if best.equivalent:
             lines += ["", "  The same admittance, built otherwise:"]
-            lines += [f"    {_short(network)}" for network in best.equivalent]
+            lines += [f"    {short(network)}" for network in best.equivalent]
         if best.others:
             lines += ["", f"  Next best of {_count(best.elements)}:"]
-            lines += [f"    {other.objective:#.5g}  {_short(other.network)}" for other in best.others]
+            lines += [f"    {other.objective:#.5g}  {short(other.network)}" for other in best.others]
         return "\n".join(lines)
 
     def _notes(self) -> list[str]:
@@ -281,9 +291,3 @@ def _topology(point: FrontPoint) -> str:
 def _drawn(point: FrontPoint, ascii: bool) -> str:
     problem = point.design.problem
     return diagram(mounted(problem, point.network), terminals(problem), ascii=ascii)
-
-
-def _short(network: Any) -> str:
-    """A network with values that a person can read."""
-    values = {name: float(f"{value:.4g}") for name, value in network.values().items()}
-    return str(network.with_values(values))

@@ -14,7 +14,7 @@ from posreal.optimisation.layout_values import evaluate_layout, optimise
 from posreal.specification.design import Design
 from posreal.specification.layout import Layout, Published, layouts
 from posreal.specification.named import problem
-from posreal.text_table import percent, table
+from posreal.text_table import frame, percent, table
 from posreal.units import engineering
 
 TABLE5 = {"J1z_L": 1.66, "J1z_M": 1.05, "J1z_T": 2.22}
@@ -74,13 +74,36 @@ class ReproducedRow:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Reproduction:
     """All tables; ``str()`` prints them."""
 
     tables: Mapping[int, tuple[ReproducedRow, ...]]
     airspring: Mapping[str, Measured]
     lateral_default: Mapping[str, Measured]
+
+    def to_frame(self) -> Any:
+        """Every published row beside ours, as a ``pandas.DataFrame``."""
+        rows = [(number, row) for number, every in self.tables.items() for row in every]
+        return frame(
+            [
+                {
+                    "table": number,
+                    "problem": row.optimum.problem.name,
+                    "layout": row.layout.name,
+                    "metric": row.metric,
+                    "published": None if row.published is None else row.published.figures[row.metric],
+                    "at_published": None if row.at_published is None else row.at_published.metrics[row.metric].value,
+                    "optimum": row.optimum.metrics[row.metric].value,
+                    "unit": row.optimum.metrics[row.metric].unit,
+                }
+                for number, row in rows
+            ],
+            "table",
+        )
+
+    def __repr__(self) -> str:
+        return f"<Reproduction of Tables {', '.join(map(str, self.tables))} of [Jiang2012]>"
 
     def __str__(self) -> str:
         parts = [

@@ -7,6 +7,7 @@ gains at the nominal point survives.
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from posreal.errors import BadInput, Infeasible, shown
 from posreal.metric import Measured
 from posreal.specification.design import Design, metrics_to_dict
 from posreal.specification.problem import Problem
-from posreal.text_table import percent, table
+from posreal.text_table import frame, percent, table
 from posreal.vehicle import override
 
 Metrics = Mapping[str, Measured]
@@ -59,7 +60,7 @@ class Robustness:
     least_gain_at: Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sweep:
     """Metrics of a design, and of the default suspension, over vehicle parameters; None where it is not stable.
 
@@ -112,6 +113,22 @@ class Sweep:
         """A metric at every point, as bad as can be where the vehicle is not stable."""
         worst = -np.inf if name.split(" at ")[0] == "Ldmp" else np.inf
         return [worst if metrics is None else metrics[name].value for metrics in found]
+
+    def to_frame(self) -> Any:
+        """A row a point, as a ``pandas.DataFrame``: the parameters, every metric, and the default's objective."""
+        goal = self.design.problem.objective
+        rows = []
+        for i, (point, found) in enumerate(zip(self.points, self.metrics, strict=True)):
+            row: dict[str, Any] = {"point": i, **point, "stable": found is not None}
+            row |= {name: math.nan if found is None else found[name].value for name in self.design.metrics}
+            if self.default:
+                other = self.default[i]
+                row[f"default {goal}"] = math.nan if other is None else other[goal].value
+            rows.append(row)
+        return frame(rows, "point")
+
+    def __repr__(self) -> str:
+        return f"<Sweep of {self.design.label} over {', '.join(self.parameters)}, {len(self.points)} points>"
 
     def __str__(self) -> str:
         goal = self.design.problem.objective

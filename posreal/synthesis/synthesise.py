@@ -8,13 +8,14 @@ from typing import Any
 from posreal.numerics.threads import one_thread
 from posreal.optimisation.caveats import reported
 from posreal.specification.design import Design
+from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 from posreal.synthesis.combination import synthesise as search
 
 
 @one_thread
 def synthesise(
-    problem: Problem,
+    problem: Problem | str,
     order: int,
     *,
     method: str = "auto",
@@ -32,6 +33,7 @@ def synthesise(
     ``found`` holds what the iterated SDPs reached alone (``bmi``) and what finishing reached (``ph``), the number of
     starts and how many of them agreed within 0.1 %, seed and seconds.
     """
+    problem = as_problem(problem)
     options: dict[str, Any] = {} if starts is None else {"starts": starts}
     result = search(
         problem,

@@ -11,6 +11,12 @@ from posreal.errors import Infeasible
 from posreal.network import Network
 from posreal.specification.design import Design, metrics_to_dict
 from posreal.specification.problem import Problem
+from posreal.text_table import counted, frame, html, table
+
+
+def short(network: Network) -> str:
+    """A network with values that a person can read."""
+    return str(network.with_values({name: float(f"{value:.4g}") for name, value in network.values().items()}))
 
 
 @dataclass(frozen=True)
@@ -21,7 +27,7 @@ class RunnerUp:
     objective: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FrontPoint:
     """The best network of so many elements.
 
@@ -38,6 +44,9 @@ class FrontPoint:
     design: Design
     equivalent: tuple[Network, ...] = ()
     others: tuple[RunnerUp, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<FrontPoint of {counted(self.elements, 'element')}: {self.design.objective}, {short(self.network)}>"
 
     @property
     def network(self) -> Network:
@@ -91,7 +100,7 @@ class Tally:
     impossible: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Search:
     """The outcome of a search.
 
@@ -117,6 +126,51 @@ class Search:
     tallies: tuple[Tally, ...]
     metric: str | None
     found: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        reached = f", {self.best.objective}" if self.front else ""
+        return f"<Search of {self.problem.name}, up to {counted(self.elements, 'element')}{reached}>"
+
+    def __str__(self) -> str:
+        """The front as a table."""
+        return f"{self._heading}\n\n{table(*self._table(), 'll')}"
+
+    @property
+    def _heading(self) -> str:
+        return f"{self.problem.name}: best networks of up to {counted(self.elements, 'element')} in the device's place"
+
+    def _table(self) -> tuple[list[str], list[list[str]]]:
+        names = [self.problem.objective, *([self.metric] if self.metric else [])]
+        header = [
+            "elements",
+            "network",
+            *(f"{n} [{self.front[0].design.metrics[n].unit}]" for n in names if self.front),
+        ]
+        rows = [
+            [str(point.elements), short(point.network), *(f"{point.design.metrics[name].value:#.5g}" for name in names)]
+            for point in self.front
+        ]
+        return header, rows
+
+    def _repr_html_(self) -> str:
+        drawn = self.best.network._repr_html_() if self.front and self.best.network is not None else ""
+        return f"<div>{html(*self._table(), self._heading)}{drawn}</div>"
+
+    def to_frame(self) -> Any:
+        """The front as a ``pandas.DataFrame``: a row a network, with its figures and its values, SI units."""
+        return frame(
+            [
+                {
+                    "elements": point.elements,
+                    "network": str(point.network.topology()),
+                    **{name: one.value for name, one in point.design.metrics.items()},
+                    "better_percent": point.design.improvement(),
+                    **point.design.parameters,
+                }
+                for point in self.front
+            ],
+            "elements",
+        )
 
     @cached_property
     def best(self) -> Design:

@@ -24,7 +24,7 @@ from posreal.errors import BadInput, plain
 from posreal.network.topologies import Form, key, letters, topologies
 from posreal.numerics.parallel import Workers, workers
 from posreal.numerics.threads import one_thread
-from posreal.specification.named import limited
+from posreal.specification.named import as_problem, limited
 from posreal.specification.problem import Problem
 from posreal.topology.checkpoint import Checkpoint, fingerprint, number
 from posreal.topology.constrained import require_figures
@@ -50,7 +50,7 @@ _CHUNK = 8  # topologies handed out at a time
 
 @one_thread
 def search(
-    problem: Problem,
+    problem: Problem | str,
     elements: int,
     *,
     at_most: Mapping[str, int] | None = None,
@@ -69,7 +69,7 @@ def search(
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, or the name of one
     elements : int
         The most elements, 1 to 7; the bush or the static spring is not counted. Bridges are searched up to 6.
     at_most : mapping, optional
@@ -107,6 +107,7 @@ def search(
         For a number, metric, backend or checkpoint that cannot be used.
     """
     began = time.perf_counter()
+    problem = as_problem(problem)
     if isinstance(elements, bool) or not isinstance(elements, int) or not 1 <= elements <= LARGEST:
         raise BadInput(f"{elements!r} elements cannot be searched; give a number from 1 to {LARGEST}")
     counts = checked_at_most(at_most)
