@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from posreal.topology.result import Search
     from posreal.topology.search import search
     from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
+    from posreal.vehicle.weighting import Weighting
 
 __version__ = "0.1.0"
 
@@ -157,6 +158,7 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "SideView",
         "Vehicle",
     ),
+    "posreal.vehicle.weighting": ("Weighting",),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
 
@@ -199,6 +201,7 @@ __all__ = [
     "Tolerance",
     "Vehicle",
     "Verdict",
+    "Weighting",
     "__version__",
     "bound",
     "bridge",

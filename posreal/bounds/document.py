@@ -14,6 +14,7 @@ from posreal.bounds.figure import PEAK, SQUARES, SUM, BoundedFigure
 from posreal.bounds.interpolation_space import Point
 from posreal.errors import plain
 from posreal.files import write_whole
+from posreal.specification.conditions import in_words
 from posreal.specification.named import problem
 from posreal.specification.problem import Problem
 from posreal.vehicle import described as described_parameters
@@ -75,7 +76,7 @@ def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> di
         "objective": subject.base_objective,
         "weights": dict(weights) if weights else None,
         "vehicle": parameters(subject.vehicle),
-    }
+    } | ({} if subject.vehicle.weighting is None else {"weighting": subject.vehicle.weighting.name})
 
 
 def _plant_out(about: BoundedFigure) -> dict[str, Any]:
@@ -134,6 +135,7 @@ def described(bound: Bound) -> list[str]:
     ]
     if bound.problem is not None and parameters(bound.problem.vehicle):
         said.append(_vehicle_in_words(bound.problem))
+        said.append(f"conditions: {in_words(bound.problem, whole_band=True)}")
     else:
         states, ports = len(plant.A), len(plant.groups)
         said.append(

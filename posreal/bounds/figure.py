@@ -167,7 +167,7 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Boun
         If no bound is known: a time-domain peak, vehicle parameters left free.
     """
     known = _outputs(problem)
-    plant, mounting, base = problem.plant, problem.mounting, problem.base_objective
+    mounting, base = problem.mounting, problem.base_objective
     if weights is None and problem.goal is None and not base.startswith("gain_"):
         _known(base, known)
     if problem.free:
@@ -175,25 +175,38 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Boun
             f"{problem.name} leaves {listed(problem.free).replace(' or ', ' and ')} free, and a bound is known for "
             "a given vehicle only; bound the problem without free parameters for a vehicle with chosen ones"
         )
+    parts = tuple(weights) if weights is not None else (base,) if problem.goal is None else dict(problem.goal.parts)
+    plant = _shaken(problem, tuple(parts))
     if weights is not None:
         squares = {_known(name, known)[0]: known[name][2] * to_fmpq(value) for name, value in weights.items()}
         name = "sqrt(" + " + ".join(f"{value:g}*{name}^2" for name, value in weights.items()) + ")"
         units = {known[name][1] for name in weights}
         return BoundedFigure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
     if problem.goal is not None:
-        parts = problem.goal.parts
-        if problem.goal.kind == "worst" or any(part.startswith("gain_") for part, _ in parts):
-            names = listed(part for part, _ in parts)
+        if problem.goal.kind == "worst" or any(part.startswith("gain_") for part in parts):
+            names = listed(parts)
             whose = "is a bound on the worst" if problem.goal.kind == "worst" else "times its weight is one on the sum"
             raise BadInput(f"{base} has no bound of its own; bound one of its parts, {names}: each {whose}")
-        squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in parts}
-        units = {known[part][1] for part, _ in parts}
+        squares = {_known(part, known)[0]: known[part][2] * to_fmpq(value) ** 2 for part, value in problem.goal.parts}
+        units = {known[part][1] for part in parts}
         combine = SQUARES if problem.goal.kind == "norm" else SUM
         return BoundedFigure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", combine)
     if base.startswith("gain_"):
         return BoundedFigure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
     output, unit, scale = _known(base, known)
     return BoundedFigure(plant, mounting, {output: scale}, base, unit)
+
+
+def _shaken(problem: Problem, names: Sequence[str]) -> Plant:
+    """The vehicle on the one load that some of its metrics are about."""
+    norms = [metric.norm() for name, metric in problem.vehicle.metrics.items() if name in names]
+    loads = {norm.load for norm in norms if norm is not None}
+    if len(loads) > 1:
+        raise BadInput(
+            f"{listed(names).replace(' or ', ' and ')} are of different inputs, {listed(sorted(loads))}, and a bound "
+            "is of one; bound them one at a time"
+        )
+    return problem.vehicle.plant(loads.pop()) if loads else problem.plant
 
 
 def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:

@@ -27,10 +27,11 @@ from posreal.bounds.values import distinct
 from posreal.errors import BadInput, listed, plain, shown
 from posreal.files import read_json
 from posreal.plant.mounting import Mounting
-from posreal.plant.plant import Plant, ShapingFilter
+from posreal.plant.plant import Plant
+from posreal.plant.shaping_filter import ShapingFilter
 from posreal.specification.named import minimising, problem, problems
 from posreal.specification.problem import Problem
-from posreal.vehicle import parameters
+from posreal.vehicle import override, parameters
 
 _LARGEST_FILE = 20_000_000  # bytes
 _LARGEST = 1e100  # of a number: products of three are numbers that a float holds
@@ -116,15 +117,17 @@ def from_dict(document: Any) -> Bound:
 def _about(data: Any) -> tuple[BoundedFigure, Problem | None, tuple[tuple[str, float], ...]]:
     if isinstance(data, dict) and "plant" in data:
         return _plant_in(data), None, ()
-    table = _table(data, "about", ("problem", "objective", "weights", "vehicle"))
+    weighting = data.get("weighting") if isinstance(data, dict) else None
+    told = {key: value for key, value in data.items() if key != "weighting"} if isinstance(data, dict) else data
+    table = _table(told, "about", ("problem", "objective", "weights", "vehicle"))
     if table["problem"] not in [entry.name for entry in problems()]:
         raise BadInput(f"problem is {shown(table['problem'])}; known are {listed(entry.name for entry in problems())}")
-    posed = problem(table["problem"])
+    posed = problem(table["problem"], weighting=None if weighting is None else str(weighting))
     if not parameters(posed.vehicle):
         raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
     fields = tuple(parameters(posed.vehicle))
     values = {name: _number(value, name) for name, value in _table(table["vehicle"], "vehicle", fields).items()}
-    vehicle = type(posed.vehicle)(**values)
+    vehicle = override(posed.vehicle, values, where="vehicle")
     posed = dataclasses.replace(minimising(posed, str(table["objective"])), vehicle=vehicle)
     if table["weights"] is None:
         return figure(posed), posed, ()

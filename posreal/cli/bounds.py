@@ -10,12 +10,14 @@ import typer
 
 from posreal.cli.options import (
     AsJson,
+    CutOff,
     Objective,
     Position,
     ProblemName,
     Seed,
     Stiffness,
     VehicleFile,
+    WeightingName,
     orders,
     posed,
 )
@@ -46,6 +48,8 @@ def bound(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -54,9 +58,10 @@ def bound(
     from posreal.bounds.guard import held
     from posreal.files import require_writable
     from posreal.optimisation.evaluate import evaluate
+    from posreal.specification.conditions import conditions, in_words
     from posreal.study.price_of_simplicity import reached
 
-    question = posed(problem, vehicle, position, objective, stiffness)
+    question = posed(problem, vehicle, position, objective, stiffness, weighting=weighting, cut_off=cut_off)
     if save is not None:
         require_writable(save)
     design = None if device is None else evaluate(question, device)
@@ -83,9 +88,12 @@ def bound(
         print_json(found.to_dict() | ({"orders": per_order} if rows else {}))
         return
     print(f"{question.name}: {found}")
-    if not question.whole_band:
+    words, band = in_words(question, whole_band=True), conditions(question).get("band")
+    print(f"  {words}\n" if words else "", end="")
+    if band is not None and band[1] is not None:
         print(
-            f"  {found.metric} ends at 20 Hz elsewhere and is smaller there; all figures here are over the whole band"
+            f"  {found.metric} ends at {band[1]:g} Hz elsewhere and is smaller there; all figures here are over the "
+            "whole band"
         )
     for row in rows:
         line = f"  order {row.order} reaches {row.value:.6g} {found.unit}, the bound is {row.gap_percent:.3g} % below"

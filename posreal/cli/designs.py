@@ -11,6 +11,7 @@ from posreal.cli.options import (
     Ascii,
     AsJson,
     At,
+    CutOff,
     DeviceWords,
     Jobs,
     Limit,
@@ -22,6 +23,7 @@ from posreal.cli.options import (
     Stiffness,
     Sweep,
     VehicleFile,
+    WeightingName,
     Width,
     WorstCase,
     Write,
@@ -51,6 +53,8 @@ def evaluate(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     sweep: Sweep = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
@@ -68,7 +72,9 @@ def evaluate(
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case, at)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, limit, worst_case, at, weighting=weighting, cut_off=cut_off
+    )
     over = read_ranges(question, sweep or [])
     design = read_design(question, words(device))
     varied = vary(design, over) if over else None
@@ -76,7 +82,7 @@ def evaluate(
     if as_json:
         document: dict[str, Any] = {"problem": question.name, "device": design.to_dict()["device"]}
         document["metrics"] = metrics_to_dict(design.metrics)
-        document["constraints"] = design.to_dict()["constraints"]
+        document |= {key: design.to_dict()[key] for key in ("constraints", "conditions", "cautions")}
         document["notes"] = list(design.found.get("notes", ()))
         if varied is not None:
             document["sweep"] = varied.to_dict()
@@ -99,6 +105,8 @@ def optimise(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     sweep: Sweep = None,
     starts: Starts = 6,
     seed: Seed = 0,
@@ -112,7 +120,9 @@ def optimise(
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+    )
     over = read_ranges(question, sweep or [])
     chosen = [named(name) for name in layout]
     for entry in chosen:
@@ -150,6 +160,8 @@ def synthesise(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     sweep: Sweep = None,
     starts: Annotated[int | None, typer.Option(min=1, max=10_000, help="Local searches.")] = None,
     seed: Seed = 0,
@@ -166,7 +178,9 @@ def synthesise(
     from posreal.synthesis.synthesise import synthesise as search
 
     check_paths(write)
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+    )
     over = read_ranges(question, sweep or [])
     with progress() as say:
         design = search(
@@ -218,6 +232,8 @@ def compare(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     seed: Seed = 0,
     jobs: Jobs = 1,
     as_json: AsJson = False,
@@ -228,7 +244,9 @@ def compare(
     from posreal.study.compare import compare as side_by_side
     from posreal.study.drawing import FORMATS
 
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+    )
     if plot is not None:
         require_writable(plot, FORMATS)
     with progress() as say:

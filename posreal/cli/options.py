@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,6 +34,22 @@ Objective = Annotated[
 ]
 Stiffness = Annotated[
     str | None, typer.Option(help="Static stiffness of quarter-car: a number in N/m, or with a unit.")
+]
+WeightingName = Annotated[
+    str | None,
+    typer.Option(
+        "--weighting",
+        metavar="NAME",
+        help="Frequency weighting of the body's acceleration: Wb (EN 12299), Wb-iso, Wk, Wd, Wc, We or none.",
+    ),
+]
+CutOff = Annotated[
+    str | None,
+    typer.Option(
+        "--cut-off",
+        metavar="HZ",
+        help="Where ride figures end: 20 Hz as in the paper, or, weighted, nowhere, unless this says otherwise.",
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Ascii = Annotated[bool, typer.Option("--ascii", help="Draw with ASCII characters only.")]
@@ -87,12 +104,15 @@ def posed(
     limit: list[str] | None = None,
     worst_case: list[str] | None = None,
     at: str | None = None,
+    weighting: str | None = None,
+    cut_off: str | None = None,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.specification.named import problem
     from posreal.topology.options import read_limits
 
     k = None if stiffness is None else number("--stiffness", stiffness, "N/m")
+    end = None if cut_off is None else _hertz(cut_off)
     return problem(
         name,
         position=position,
@@ -102,7 +122,17 @@ def posed(
         limits=read_limits(limit) if limit else None,
         worst_case=[_point(text) for text in worst_case or ()],
         at=at,
+        weighting=weighting,
+        cut_off=end,
     )
+
+
+def _hertz(text: str) -> float:
+    """``20`` or ``20 Hz``; a unit counts 2π rad/s to the Hz."""
+    try:
+        return float(text)
+    except ValueError:
+        return number("--cut-off", text, "rad/s") / (2 * math.pi)
 
 
 def _point(text: str) -> dict[str, float | str]:

@@ -97,12 +97,21 @@ def check_paths(paths: Sequence[Path] | None) -> None:
         checked(path)
 
 
+def titled(heading: str, problem: Problem) -> list[str]:
+    """A heading with what its figures hold under, and what has to be known before they are believed."""
+    from posreal.specification.conditions import cautions, in_words
+
+    words = in_words(problem)
+    return [heading, *([f"  {words}"] if words else []), *(f"  Caution: {one}." for one in cautions(problem))]
+
+
 def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False) -> None:
     """Every metric of a design, its constraints, and how it was found."""
     from posreal.text_table import table
     from posreal.units import engineering
 
-    print(heading)
+    for line in titled(heading, design.problem):
+        print(line)
     if draw and design.network is not None:
         print(f"\n{drawn(design.network, ascii, terminals=design.problem.place.terminals)}")
         tuned = [

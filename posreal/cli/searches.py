@@ -11,6 +11,7 @@ import typer
 from posreal.cli.options import (
     Ascii,
     AsJson,
+    CutOff,
     Jobs,
     Objective,
     Position,
@@ -18,6 +19,7 @@ from posreal.cli.options import (
     Seed,
     Stiffness,
     VehicleFile,
+    WeightingName,
     WorstCase,
     job_count,
     orders,
@@ -50,6 +52,8 @@ def search(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     worst_case: WorstCase = None,
     starts: Annotated[int | None, typer.Option(min=1, max=1000, help="Random starts for each topology.")] = None,
     seed: Seed = 0,
@@ -70,7 +74,9 @@ def search(
     from posreal.topology.options import read_at_most, read_bounds, read_limits
     from posreal.topology.search import search as find
 
-    question = posed(problem, vehicle, position, objective, stiffness, worst_case=worst_case)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, worst_case=worst_case, weighting=weighting, cut_off=cut_off
+    )
     if plot is not None:
         require_writable(plot, FORMATS)
     compared = [] if to_orders is None else orders(to_orders)

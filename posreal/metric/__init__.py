@@ -1,6 +1,7 @@
 """What a suspension is judged by: one kind of metric a file, each a functional of the closed vehicle's response."""
 
 from posreal.metric.closed_vehicle import ClosedVehicle, Cut
+from posreal.metric.comfort_index import FiveSecondPercentile, MeanComfort, SperlingIndex
 from posreal.metric.damping_ratio import DampingRatio
 from posreal.metric.largest_gain import LargestGain
 from posreal.metric.measured import Measured
@@ -15,14 +16,17 @@ __all__ = [
     "ClosedVehicle",
     "Cut",
     "DampingRatio",
+    "FiveSecondPercentile",
     "Inertance",
     "LargestGain",
     "LargestOverSpeeds",
+    "MeanComfort",
     "Measured",
     "Metric",
     "Norm",
     "PeakInTime",
     "RootMeanSquare",
+    "SperlingIndex",
     "StaticStiffness",
     "SummedRootMeanSquare",
     "WeightedSum",

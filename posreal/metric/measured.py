@@ -21,7 +21,7 @@ class Measured:
     apart: float = field(default=0.0, compare=False)
 
     def __str__(self) -> str:
-        text = f"{self.value:.6g} {self.unit}".strip()
+        text = f"{self.value:.6g} {'' if self.unit == '1' else self.unit}".strip()
         return f"{text} ({self.at})" if self.at else text
 
 

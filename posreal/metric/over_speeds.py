@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from posreal.metric.closed_vehicle import ClosedVehicle
 from posreal.metric.measured import Measured
 from posreal.metric.metric import Norm
-from posreal.metric.root_mean_square import SummedRootMeanSquare
+from posreal.metric.root_mean_square import RootMeanSquare, SummedRootMeanSquare
 
 EVERY = 9  # speeds of the list, where the figure is not to be confirmed
 
@@ -24,7 +24,7 @@ class LargestOverSpeeds:
     speed is looked at, and from the largest on those beside it as long as it rises.
     """
 
-    metric: SummedRootMeanSquare
+    metric: SummedRootMeanSquare | RootMeanSquare
     speeds: tuple[float, ...]
     better: Literal["less", "more"] = "less"
 
@@ -35,7 +35,9 @@ class LargestOverSpeeds:
 
     def measure(self, closed: ClosedVehicle) -> Measured:
         """The value and the speed of it."""
-        return self.metric.measure(closed.at(self.worst_speed(closed)))
+        speed = self.worst_speed(closed)
+        found, at = self.metric.measure(closed.at(speed)), f"at {speed:.6g} m/s"
+        return found if found.at.startswith(at) else replace(found, at=", ".join(filter(None, (at, found.at))))
 
     def norm(self) -> Norm:
         """That of the metric, at the highest speed."""

@@ -15,6 +15,7 @@ from posreal.metric.metric import Norm
 from posreal.plant import quadrature
 from posreal.plant.modes import shortest_decay
 
+_ENOUGH = 10 * quadrature.BAND  # rad/s: what an acceleration of a body has above 200 Hz chooses no speed
 _GAUSS_SEES = 0.07  # damping ratio of a mode that 8 panels a decade see to a thousandth
 
 
@@ -25,9 +26,10 @@ def one(vehicle: Any) -> float:
 
 @dataclass(frozen=True)
 class RootMeanSquare:
-    """√∫ |z|² S dω from 0 to `stop`, rad/s, in `unit`, of which the SI unit has `factor(vehicle)`.
+    """√∫ |z|² S dω from `start` to `stop`, rad/s, in `unit`, of which the SI unit has `factor(vehicle)`.
 
-    `stop` is infinite for all frequencies, where the value may be infinite too.
+    `stop` is infinite for all frequencies, where the value may be infinite too. `also` is another unit, and how many of
+    it the SI unit has, in which the value is said beside.
     """
 
     load: str
@@ -36,18 +38,38 @@ class RootMeanSquare:
     stop: float = math.inf
     factor: Callable[[Any], float] = one
     at: str = ""
+    start: float = 0.0
+    also: tuple[str, Callable[[Any], float]] | None = None
     better: Literal["less", "more"] = "less"
 
     def measure(self, closed: ClosedVehicle) -> Measured:
         """The value."""
         plant = closed.on(self.load)
         plant.require_stable()
-        settled = plant.rms(self.output) if math.isinf(self.stop) else plant.band_rms(self.output, self.stop)
-        return measured(settled, self.unit, self.at, factor=self.factor(closed.vehicle))
+        settled = (
+            plant.rms(self.output)
+            if math.isinf(self.stop)
+            else plant.band_rms(self.output, self.stop, start=self.start)
+        )
+        said = [self.at] if self.at else []
+        if self.also is not None:
+            unit, factor = self.also
+            said.append(f"{settled.value * factor(closed.vehicle):.6g} {unit}")
+        return measured(settled, self.unit, ", ".join(said), factor=self.factor(closed.vehicle))
 
     def norm(self) -> Norm:
         """H2, up to where it ends."""
-        return Norm("H2", self.load, self.output, self.factor, self.stop)
+        return Norm("H2", self.load, self.output, self.factor, self.stop, self.start)
+
+    def estimate(self, closed: ClosedVehicle) -> float:
+        """The value by a Gauss rule of all frequencies that matter, in SI units, to choose a speed by."""
+        plant = closed.on(self.load)
+        stop = min(self.stop, _ENOUGH)
+        delay = float(plant.plant.delays.max(initial=0.0))
+        zeta = -plant.poles.real / np.maximum(np.abs(plant.poles), 1e-300)
+        if float(zeta[plant.poles.imag > 0].min(initial=1.0)) > _GAUSS_SEES:
+            return plant.rms_on(quadrature.gauss(delay, start=self.start, stop=stop, per_decade=8), self.output)
+        return math.sqrt(max(plant.band_mean_square_by_modes(self.output, stop, start=self.start), 0.0))
 
 
 @dataclass(frozen=True)

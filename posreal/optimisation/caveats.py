@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from posreal.admittance import Rational
 from posreal.bounds.guard import guarded
 from posreal.metric import ClosedVehicle
 from posreal.specification.design import Design
+from posreal.specification.problem import Problem
 from posreal.vehicle import Vehicle
 
 _RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
@@ -43,14 +45,19 @@ def _ringing(design: Design) -> list[str]:
     whole, said = _value(problem.vehicle, design.port, twin), []
     if whole >= _RINGS * design.metrics[metric].value:
         said.append(
-            f"{metric} ends at 20 Hz; over all frequencies it is {whole:.6g} %g, because this device rings above "
-            f"20 Hz: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
+            f"{metric} ends at {_end(problem)}; over all frequencies it is {whole:.6g} %g, because this device rings "
+            f"above: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
         )
     before, port = problem.original.vehicle, problem.original.default_port
     lost = 0.0 if port is None else 100 * (whole / _value(before, port, twin) - 1)
     if lost > 100 * _ROUNDING:
         said.append(f"over all frequencies {metric} is {_worse(lost)}")
     return said
+
+
+def _end(problem: Problem) -> str:
+    norm = problem.vehicle.metrics[problem.base_objective].norm()
+    return "" if norm is None else f"{norm.stop / (2 * math.pi):g} Hz"
 
 
 def _value(vehicle: Vehicle, port: Rational, metric: str) -> float:

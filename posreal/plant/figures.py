@@ -108,8 +108,9 @@ class ClosedPlant:
         self.plant, self.devices, self.confirmed = plant, dict(devices), confirmed
         self.settled = settled if confirmed else unconfirmed
         self._transfers: dict[str, exact_loop.Transfer] = {}
+        self._rms: dict[str, Settled] = {}
         self._by_modes: dict[tuple[float, float], dict[str, float]] = {}
-        self._by_port: dict[float, dict[str, float]] = {}
+        self._by_port: dict[tuple[float, float], dict[str, float]] = {}
 
     @property
     def _inside(self) -> dict[str, StateSpace]:
@@ -171,15 +172,15 @@ class ClosedPlant:
 
     # --- root mean squares --------------------------------------------------------------------------------------
 
-    def band_rms(self, output: str, stop: float = quadrature.BAND) -> Settled:
-        """Root mean square from 0 to `stop`, rad/s."""
+    def band_rms(self, output: str, stop: float = quadrature.BAND, *, start: float = 0.0) -> Settled:
+        """Root mean square from `start` to `stop`, rad/s."""
         return self.settled(
             f"the r.m.s. of {output}",
             (
-                lambda: math.sqrt(self.band_mean_square_by_modes(output, stop)),
-                lambda: math.sqrt(self._on_placed_grid(output, stop)),
-                lambda: math.sqrt(self._exactly_on_placed_grid(output, stop)),
-                lambda: math.sqrt(self.transfer(output).band_mean_square(0.0, stop)),
+                lambda: math.sqrt(self.band_mean_square_by_modes(output, stop, start=start)),
+                lambda: math.sqrt(self._on_placed_grid(output, stop, start)),
+                lambda: math.sqrt(self._exactly_on_placed_grid(output, stop, start)),
+                lambda: math.sqrt(self.transfer(output).band_mean_square(start, stop)),
             ),
         )
 
@@ -195,19 +196,19 @@ class ClosedPlant:
         z, _ = self.plant.kept_responses(rule, output).closed(self._admittances(rule.omega))
         return math.sqrt(self._mean_squares(z, rule, 1)[0])
 
-    def _placed(self, poles: Complex, stop: float) -> quadrature.Quadrature:
+    def _placed(self, poles: Complex, stop: float, start: float = 0.0) -> quadrature.Quadrature:
         delay = float(self.plant.delays.max(initial=0.0))
         if stop * delay > _MOST_POINTS:
             raise Unsettled(f"a delay of {delay:g} s ripples too often up to {stop:g} rad/s to be followed")
-        return quadrature.placed(poles, delay, 0.0, stop)
+        return quadrature.placed(poles, delay, start, stop)
 
-    def _on_placed_grid(self, output: str, stop: float) -> float:
+    def _on_placed_grid(self, output: str, stop: float, start: float = 0.0) -> float:
         """Mean square by the port map; all outputs at once, since the grid's responses are the work."""
-        if stop not in self._by_port:
-            rule, outputs = self._placed(self.poles, stop), self.plant.outputs
+        if (start, stop) not in self._by_port:
+            rule, outputs = self._placed(self.poles, stop, start), self.plant.outputs
             z, _ = self.plant.responses(rule.omega, *outputs).closed(self._admittances(rule.omega))
-            self._by_port[stop] = dict(zip(outputs, self._mean_squares(z, rule, len(outputs)), strict=True))
-        return self._by_port[stop][output]
+            self._by_port[start, stop] = dict(zip(outputs, self._mean_squares(z, rule, len(outputs)), strict=True))
+        return self._by_port[start, stop][output]
 
     def _mean_squares(self, z: Complex, rule: quadrature.Quadrature, outputs: int) -> list[float]:
         """Of responses that have all of the grid for each output and process in turn."""
@@ -215,14 +216,19 @@ class ClosedPlant:
         found: list[float] = (self.plant.density * squares @ np.array(self.plant.shares)).tolist()
         return found
 
-    def _exactly_on_placed_grid(self, output: str, stop: float) -> float:
+    def _exactly_on_placed_grid(self, output: str, stop: float, start: float) -> float:
         transfer = self.transfer(output)
         poles = np.array([complex(pole.real.mid(), pole.imag.mid()) for pole in transfer.poles()])
-        rule = self._placed(poles, stop)
+        rule = self._placed(poles, stop, start)
         return transfer.weighted_sum(rule.omega, rule.weight)
 
     def rms(self, output: str) -> Settled:
         """Root mean square over all frequencies; infinite where white noise passes straight through."""
+        if output not in self._rms:
+            self._rms[output] = self._root_mean_square(output)
+        return self._rms[output]
+
+    def _root_mean_square(self, output: str) -> Settled:
         if self._passes_noise(output):
             return Settled(math.inf)
 
@@ -270,6 +276,20 @@ class ClosedPlant:
         z, _ = self.plant.responses(omega, output).closed(self._admittances(omega))
         squares = (np.abs(z) ** 2).reshape(len(self.plant.shares), -1)
         return np.asarray(self.plant.density * np.array(self.plant.shares) @ squares)
+
+    def squared_density(self, output: str, top: float) -> Settled:
+        """∫ S(ω)² dω of an output's density S per rad/s up to `top` (rad/s), beyond which nothing is left of it."""
+
+        def by_port(stop: float) -> float:
+            rule = self._placed(self.poles, stop)
+            return float(rule.weight @ self.density(output, rule.omega) ** 2)
+
+        def by_modes() -> float:
+            rule = self._placed(self.poles, 2 * top)
+            parts = zip(self.modes.weights, self.modes.response(rule.omega, output), strict=True)
+            return float(rule.weight @ sum((weight * np.abs(z) ** 2 for weight, z in parts), np.zeros(1)) ** 2)
+
+        return self.settled(f"the spread of {output}", (by_modes, lambda: by_port(top), lambda: by_port(4 * top)))
 
     # --- gains and peaks -----------------------------------------------------------------------------------------
 

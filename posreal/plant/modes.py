@@ -19,7 +19,8 @@ from typing import TypeAlias
 import numpy as np
 from scipy.special import exp1, expi
 
-from posreal.plant.plant import ClosedLoop, Complex, Real, ShapingFilter, channels
+from posreal.plant.plant import ClosedLoop, Complex, Real, channels
+from posreal.plant.shaping_filter import ShapingFilter
 
 Corners: TypeAlias = "Sequence[tuple[float, float]]"
 """(instant in s, change of slope) of an input made of ramps."""

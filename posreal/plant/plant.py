@@ -24,29 +24,13 @@ from scipy.linalg import matrix_balance
 
 from posreal.admittance.state_space import StateSpace
 from posreal.errors import BadInput
+from posreal.plant.shaping_filter import ShapingFilter
 
 if TYPE_CHECKING:
     from posreal.plant.quadrature import Quadrature
 
 Real = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
-
-
-@dataclass(frozen=True)
-class ShapingFilter:
-    """w = H(s)·(white process), as the state space (A, B, C, D) of a single-input single-output H."""
-
-    A: Real
-    B: Real
-    C: Real
-    D: Real
-
-    def __call__(self, s: Complex) -> Complex:
-        """H at complex `s`, shape preserved."""
-        s = np.asarray(s, dtype=complex)
-        n = len(self.A)
-        x = np.linalg.solve(s[..., None, None] * np.eye(n) - self.A, np.broadcast_to(self.B, (*s.shape, n, 1)))
-        return (self.C @ x)[..., 0, 0] + self.D[0, 0]
 
 
 @dataclass(frozen=True)

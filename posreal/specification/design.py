@@ -15,6 +15,7 @@ from posreal.admittance.positive_real import require
 from posreal.errors import Infeasible
 from posreal.metric import Measured
 from posreal.network import Network, nodal_admittance
+from posreal.specification.conditions import cautions, conditions
 from posreal.specification.problem import Problem
 from posreal.text_table import frame, html, percent
 
@@ -188,6 +189,8 @@ class Design:
                 for c in self.problem.constraints
             ],
             "found": dict(self.found),
+            "conditions": conditions(self.problem),
+            "cautions": cautions(self.problem),
         }
 
 

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 
 from posreal.errors import BadInput, hint, listed, shown
-from posreal.metric import PeakInTime
+from posreal.metric import Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
+from posreal.specification.conditions import cut, in_weighting
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
 from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
 from posreal.vehicle.manchester import ManchesterCoach
 from posreal.vehicle.seen_from import seen_from
+from posreal.vehicle.weighting import Weighting
 
 VEHICLES: tuple[type[Vehicle], ...] = (PlanView, SideView, ManchesterCoach, QuarterCar)
 
@@ -94,6 +96,8 @@ def problem(
     limits: Mapping[str, float] | None = None,
     worst_case: Sequence[Mapping[str, Any]] = (),
     at: str | None = None,
+    weighting: str | Weighting | None = None,
+    cut_off: float | None = None,
 ) -> Problem:
     """A design problem by name.
 
@@ -122,6 +126,12 @@ def problem(
         constraints hold at each.
     at : str, optional
         Where the device goes, if not where the problem has it: ``primary`` in the plan view.
+    weighting : str, optional
+        ``Wb`` (EN 12299), ``Wb-iso``, ``Wk``, ``Wd``, ``Wc``, ``We`` or ``none``: ride and comfort are
+        then those of the weighted acceleration, over all frequencies: ``aw_T`` in place of ``J1z_T``, ``max_aw_y`` in
+        place of ``Macc``.
+    cut_off : float, optional
+        Frequency, Hz, at which ``J1z_…`` and ``aw_…`` end: 20 by default for the first, none for the second.
 
     Raises
     ------
@@ -143,6 +153,10 @@ def problem(
             chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
         else:
             chosen = dataclasses.replace(chosen, objective=rides[position])
+    if weighting is not None:
+        chosen = in_weighting(chosen, weighting)
+    if cut_off is not None:
+        chosen = cut(chosen, cut_off)
     if objective is not None:
         chosen = minimising(chosen, objective)
     model: Vehicle = chosen.vehicle
@@ -215,6 +229,8 @@ def minimising(problem: Problem, objective: str) -> Problem:
     whole = f"{problem.objective}_whole"
     if objective == "whole-band" and whole in metrics:
         return dataclasses.replace(problem, objective=whole, goal=None)
+    if objective == "whole-band" and problem.whole_band:
+        return problem
     if objective in known:
         return dataclasses.replace(problem, objective=objective, goal=None)
     goal = weighted_sum(objective) if "+" in objective else None
@@ -235,13 +251,20 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
     BadInput
         For a metric that cannot be limited, or a limit that is not a number above 0.
     """
-    known = [name for name, metric in problem.vehicle.metrics.items() if metric.better == "less"]
+    known = [name for name, metric in problem.vehicle.metrics.items() if _has_figure(metric)]
     for name, value in limits.items():
         if name not in known:
             raise BadInput(f"{shown(name)} cannot be limited in {problem.name}; {hint(name, known)}")
         if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "inertance"))):
             raise BadInput(f"the limit of {name} is {value:g}; it must be finite and greater than 0")
     return dataclasses.replace(problem, at_most={**problem.at_most, **{n: float(v) for n, v in limits.items()}})
+
+
+def _has_figure(metric: Metric) -> bool:
+    """Whether a search can keep a metric below a limit."""
+    if metric.better != "less":
+        return False
+    return metric.norm() is not None or isinstance(metric, PeakInTime | StaticStiffness | Inertance | WeightedSum)
 
 
 def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Problem:

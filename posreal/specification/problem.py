@@ -204,11 +204,26 @@ class Problem:
 
     def _own_metrics(self, port: Rational, confirmed: bool) -> dict[str, Measured]:
         asked = {self.base_objective, *self.at_most} | {name for name, _ in (self.goal.parts if self.goal else ())}
-        extra = [name for name in sorted(asked) if name in self.vehicle.metrics and name not in self.vehicle.headline]
+        shown = [*(self.vehicle.comfort if self.vehicle.weighting is not None else ()), *sorted(asked)]
+        extra = [name for name in shown if name in self.vehicle.metrics and name not in self.vehicle.headline]
         found = measure(self.vehicle, {"secondary": port}, *extra, confirmed=confirmed)
         if self.goal is not None:
             found[self.goal.name] = self.goal.of(found)
         return found
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Metrics that have a column where designs stand side by side; weighted where a weighting is asked for."""
+        return self._in_weighting(self.vehicle.columns)
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Those whose improvement has one."""
+        return self._in_weighting(self.vehicle.compared)
+
+    def _in_weighting(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        twins = {} if self.vehicle.weighting is None else self.vehicle.weighted
+        return tuple(dict.fromkeys(twins.get(name, name) for name in names))
 
     @property
     def without_limits(self) -> Problem:

@@ -17,6 +17,7 @@ from posreal.network.diagram import diagram
 from posreal.optimisation.caveats import caveats
 from posreal.optimisation.evaluate import evaluate
 from posreal.optimisation.layout_values import optimise
+from posreal.specification.conditions import cautions, conditions, in_words
 from posreal.specification.design import Design
 from posreal.specification.layout import layouts
 from posreal.specification.named import as_problem
@@ -77,7 +78,7 @@ class Comparison:
     def _metrics(self) -> tuple[str, ...]:
         """Metrics that have a column."""
         problem = self.problem
-        shown = problem.vehicle.columns
+        shown = problem.columns
         return shown if problem.objective in shown else (*shown, problem.objective)
 
     def __repr__(self) -> str:
@@ -112,7 +113,15 @@ class Comparison:
     def text(self, *, ascii: bool = False) -> str:
         """The table, what to know about it, and the best network drawn."""
         problem = self.problem
-        lines = [f"{problem.name}: {problem.summary}", "", table(*self._table()), ""]
+        words = in_words(problem)
+        lines = [
+            f"{problem.name}: {problem.summary}",
+            *([f"  {words}"] if words else []),
+            "",
+            table(*self._table()),
+            "",
+        ]
+        lines += [f"  Caution: {one}." for one in cautions(problem)]
         lines += [f"  {note}" for note in self._notes()]
         best = strut(self.best)
         if best is not None:
@@ -128,8 +137,8 @@ class Comparison:
         problem, metrics = self.problem, self._metrics
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         called = {name: name for name in metrics} | {problem.objective: self.objective_label}
-        improved = metrics if problem.vehicle.compared else (problem.objective,)
-        better = [f"better at {called[name].removeprefix('J1z_')}" for name in improved]
+        improved = metrics if problem.compared else (problem.objective,)
+        better = [f"better at {called[name].removeprefix('J1z_').removeprefix('aw_')}" for name in improved]
         if len(improved) == 1:
             better = [f"{called[problem.objective]} better"]
         header = [
@@ -196,7 +205,8 @@ class Comparison:
         rows = [row.to_dict() | {"gap_percent": self.gap(row)} for row in self.rows]
         bound = None if self.bound is None else self.bound.to_dict()
         kept = None if bound is None else {key: bound[key] for key in ("bound", "best", "gap_percent", "reached")}
-        return {"problem": self.problem.name, "rows": rows, "bound": kept, "notes": list(self.notes)}
+        about = {"conditions": conditions(self.problem), "cautions": cautions(self.problem)}
+        return {"problem": self.problem.name, **about, "rows": rows, "bound": kept, "notes": list(self.notes)}
 
 
 def _bound(problem: Problem, progress: Callable[[str], None] | None) -> Bound:

@@ -14,6 +14,7 @@ from typing import Any
 
 from posreal.network.diagram import diagram
 from posreal.optimisation.layout_values import optimise
+from posreal.specification.conditions import cautions, in_words
 from posreal.specification.design import Design
 from posreal.specification.layout import layout, layouts
 from posreal.study.drawing import save, sheet
@@ -85,8 +86,10 @@ class Pareto:
             row += [f"{point.design.metrics[search.metric].value:#.5g}"] if search.metric else []
             row += [percent(gap)] if has_synthesis else []
             rows.append(row)
-        lines = [f"{problem.name}: networks of up to {search.elements} elements in the device's place", ""]
-        lines += [table(header, rows, "ll"), ""]
+        words = in_words(problem)
+        lines = [f"{problem.name}: networks of up to {search.elements} elements in the device's place"]
+        lines += [*([f"  {words}"] if words else []), "", table(header, rows, "ll"), ""]
+        lines += [f"  Caution: {one}." for one in cautions(problem)]
         lines += [f"  {note}" for note in self._notes()]
         best = min(search.front, key=lambda point: point.design.objective.value)
         lines += ["", f"  Best network ({best.design.objective}):", "", _drawn(best, ascii)]

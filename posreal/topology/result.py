@@ -9,6 +9,7 @@ from typing import Any
 
 from posreal.errors import Infeasible
 from posreal.network import Network
+from posreal.specification.conditions import cautions, conditions
 from posreal.specification.design import Design, metrics_to_dict
 from posreal.specification.problem import Problem
 from posreal.text_table import counted, frame, html, table
@@ -209,6 +210,8 @@ class Search:
             "elements": self.elements,
             "objective": self.problem.objective,
             "metric": self.metric,
+            "conditions": conditions(self.problem),
+            "cautions": cautions(self.problem),
             "front": [point.to_dict() for point in self.front],
             "tallies": [vars(tally) for tally in self.tallies],
             "found": dict(self.found),

@@ -24,6 +24,7 @@ from posreal.errors import BadInput, plain
 from posreal.network.topologies import Form, key, letters, topologies
 from posreal.numerics.parallel import Workers, workers
 from posreal.numerics.threads import one_thread
+from posreal.specification.conditions import conditions
 from posreal.specification.named import as_problem, limited
 from posreal.specification.problem import Problem
 from posreal.topology.checkpoint import Checkpoint, fingerprint, number
@@ -211,6 +212,7 @@ def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
     identity = {
         "vehicle": [problem.vehicle.name, _parameters(problem)],
         "objective": problem.objective,
+        "conditions": conditions(problem),
         "points": [dict(point) for point in problem.points],
         "constraints": [[c.metric, c.sense, c.value] for c in problem.constraints],
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},

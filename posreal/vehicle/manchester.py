@@ -28,7 +28,8 @@ from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
-from posreal.vehicle.side_view import SideView, seen_from_the_side
+from posreal.vehicle.side_view import SideView, seen_from_the_side, vertical_metrics, weighted
+from posreal.vehicle.weighting import Weighting
 
 _IWNICKI = "Iwnicki1998"
 
@@ -54,8 +55,11 @@ class ManchesterCoach:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source="Jiang2012, Table 4")
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source="Jiang2012, Table 4")
     V: float = parameter(55.0, "m/s", "speed", source="Jiang2012, Table 4")
+    weighting: Weighting | None = None
+    cut_off: float | None = None  # Hz
 
-    metrics: ClassVar[Mapping[str, Metric]] = SideView.metrics
+    weighted: ClassVar[Mapping[str, str]] = SideView.weighted
+    comfort: ClassVar[tuple[str, ...]] = SideView.comfort
     headline: ClassVar[tuple[str, ...]] = SideView.headline
     columns: ClassVar[tuple[str, ...]] = SideView.columns
     compared: ClassVar[tuple[str, ...]] = SideView.compared
@@ -67,6 +71,11 @@ class ManchesterCoach:
 
     def __post_init__(self) -> None:
         validated(self)
+
+    @property
+    def metrics(self) -> Mapping[str, Metric]:
+        """Those of every side view."""
+        return vertical_metrics(self.cut_off)
 
     @property
     def places(self) -> Mapping[str, Place]:
@@ -86,8 +95,9 @@ class ManchesterCoach:
         }
 
     def plant(self, load: str, *, opened: bool = False) -> Plant:
-        """The vehicle on random ``track`` or running onto a ``slope``: the same plant."""
-        return _plant(self)
+        """The vehicle on random ``track`` or running onto a ``slope``: the same plant; or the track, accelerations
+        weighted."""
+        return _plant(self, load)
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Every mode that an output sees decays."""
@@ -120,5 +130,5 @@ class ManchesterCoach:
 
 
 @lru_cache(maxsize=256)
-def _plant(vehicle: ManchesterCoach) -> Plant:
-    return vehicle.track()
+def _plant(vehicle: ManchesterCoach, load: str) -> Plant:
+    return weighted(vehicle.track(), load, vehicle.weighting)

@@ -47,15 +47,19 @@ def parameter(default: float, unit: str, meaning: str, *, source: str, may_be_ze
 
 def described(vehicle: Any) -> Iterator[tuple[str, float, str, str, str]]:
     """Yield ``(name, value, unit, meaning, source)`` of every parameter of a vehicle."""
-    for field in dataclasses.fields(vehicle):
+    for field in _physical(vehicle):
         meta = field.metadata
         yield field.name, getattr(vehicle, field.name), meta["unit"], meta["meaning"], meta["source"]
 
 
 def parameters(vehicle: Any) -> dict[str, float]:
     """The value of every parameter by name; none for a plant of the user's own."""
-    known = (field.name for field in dataclasses.fields(vehicle) if "unit" in field.metadata)
-    return {name: getattr(vehicle, name) for name in known}
+    return {field.name: getattr(vehicle, field.name) for field in _physical(vehicle)}
+
+
+def _physical(vehicle: Any) -> list[dataclasses.Field[Any]]:
+    """The fields that are numbers with a unit: not the track or the weighting that a vehicle is judged on."""
+    return [field for field in dataclasses.fields(vehicle) if "unit" in field.metadata]
 
 
 def validated(vehicle: Any) -> None:
@@ -66,7 +70,7 @@ def validated(vehicle: Any) -> None:
     BadInput
         Naming the parameter, its value and what would be accepted.
     """
-    for field in dataclasses.fields(vehicle):
+    for field in _physical(vehicle):
         value, unit = getattr(vehicle, field.name), field.metadata["unit"]
         low = "at least 0" if field.metadata["may_be_zero"] else "greater than 0"
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -94,7 +98,7 @@ def override(vehicle: T, values: Mapping[str, Any], *, where: str = "parameters"
     BadInput
         For an unknown parameter, an unknown or wrong unit, or a value out of range.
     """
-    fields = {field.name: field for field in dataclasses.fields(vehicle)}  # type: ignore[arg-type]
+    fields = {field.name: field for field in _physical(vehicle)}
     replaced: dict[str, float] = {}
     for name, value in values.items():
         if name not in fields:

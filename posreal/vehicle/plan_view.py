@@ -32,28 +32,61 @@ from posreal.errors import BadInput
 from posreal.metric import (
     ClosedVehicle,
     DampingRatio,
+    FiveSecondPercentile,
     Inertance,
     LargestOverSpeeds,
+    MeanComfort,
     Metric,
     PeakInTime,
+    RootMeanSquare,
+    SperlingIndex,
     StaticStiffness,
     SummedRootMeanSquare,
 )
 from posreal.metric.damping_ratio import least_damping
 from posreal.plant.mounting import Mounting
-from posreal.plant.plant import Plant, Real, ShapingFilter
+from posreal.plant.plant import Plant, Real
 from posreal.plant.second_order import SecondOrder
+from posreal.plant.shaping_filter import ShapingFilter
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
+from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
 _TABLE1 = "Jiang2012, Table 1"
 SPEEDS = tuple(float(speed) for speed in range(1, 56))
 """1, 2, … 55 m/s: the speeds of [Jiang2012]."""
 CURVE = ((0.0, 1 / 3.0), (3.0, -1 / 3.0))
 """Corners (instant in s, change of rate in 1/s) of the way from the straight into the full curve, 3 s long."""
-_J1Y = SummedRootMeanSquare("track", "body_acceleration", "m/s^2")
+_BODY = "body_acceleration"
+_J1Y = SummedRootMeanSquare("track", _BODY, "m/s^2")
 _LDMP = DampingRatio("track", SPEEDS)
+LATERAL_SPERLING = 0.737
+
+
+def _comfort(stop: float = math.inf) -> dict[str, Metric]:
+    """Of the weighted lateral acceleration: r.m.s. up to `stop`, rad/s, a95, N_MV, and Sperling's Wz."""
+    aw, a95 = RootMeanSquare(WEIGHTED, _BODY, "m/s^2", stop), FiveSecondPercentile(WEIGHTED, _BODY)
+    return {
+        "max_aw_y": LargestOverSpeeds(aw, SPEEDS),
+        "aw_y": aw,
+        "a95_y": a95,
+        "NMV_y": MeanComfort((("", a95),)),
+        "Wz_y": SperlingIndex(SPERLING, _BODY),
+    }
+
+
+@lru_cache
+def _metrics(cut_off: float | None) -> Mapping[str, Metric]:
+    return {
+        "Macc": LargestOverSpeeds(_J1Y, SPEEDS),
+        "J1y": _J1Y,
+        "Ldmp": _LDMP,
+        "max_yv": PeakInTime("curve", "body_displacement", CURVE, "mm", 1e3),
+        "static_stiffness": StaticStiffness(),
+        "inertance": Inertance(),
+        **_comfort(math.inf if cut_off is None else 2 * math.pi * cut_off),
+    }
 
 
 @dataclass(frozen=True)
@@ -85,15 +118,11 @@ class PlanView:
     g: float = parameter(9.8, "m/s^2", "gravity", source=_TABLE1)
     Al: float = parameter(1.886e-9, "m", "lateral track roughness", source=_TABLE1)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE1)
+    weighting: Weighting | None = None
+    cut_off: float | None = None  # Hz, of the weighted figures
 
-    metrics: ClassVar[Mapping[str, Metric]] = {
-        "Macc": LargestOverSpeeds(_J1Y, SPEEDS),
-        "J1y": _J1Y,
-        "Ldmp": _LDMP,
-        "max_yv": PeakInTime("curve", "body_displacement", CURVE, "mm", 1e3),
-        "static_stiffness": StaticStiffness(),
-        "inertance": Inertance(),
-    }
+    weighted: ClassVar[Mapping[str, str]] = {"Macc": "max_aw_y", "J1y": "aw_y"}
+    comfort: ClassVar[tuple[str, ...]] = tuple(_comfort())
     headline: ClassVar[tuple[str, ...]] = ("Macc", "J1y", "Ldmp", "max_yv", "static_stiffness")
     columns: ClassVar[tuple[str, ...]] = ("Macc", "Ldmp", "max_yv")
     compared: ClassVar[tuple[str, ...]] = ()
@@ -109,6 +138,11 @@ class PlanView:
 
     def __post_init__(self) -> None:
         validated(self)
+
+    @property
+    def metrics(self) -> Mapping[str, Metric]:
+        """Everything that can be evaluated."""
+        return _metrics(self.cut_off)
 
     @property
     def places(self) -> Mapping[str, Place]:
@@ -249,8 +283,13 @@ class PlanView:
 
 @lru_cache(maxsize=256)
 def _plant(vehicle: PlanView, load: str, opened: bool) -> Plant:
-    made = vehicle.random_track if load == "track" else vehicle.curve_entry
-    return made(primary_open=opened)
+    if load == "curve":
+        return vehicle.curve_entry(primary_open=opened)
+    track = vehicle.random_track(primary_open=opened)
+    if load not in (WEIGHTED, SPERLING):
+        return track
+    through = sperling(LATERAL_SPERLING) if load == SPERLING else (vehicle.weighting or Weighting("Wd")).filter
+    return filtered(track, through, track.outputs)
 
 
 def lateral_track_filter(s: np.ndarray) -> np.ndarray:

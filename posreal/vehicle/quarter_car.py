@@ -26,6 +26,7 @@ from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
+from posreal.vehicle.weighting import Weighting
 
 _PS = "PS2006, section V"
 
@@ -56,6 +57,9 @@ class QuarterCar:
     compared: ClassVar[tuple[str, ...]] = ()
     ride: ClassVar[str] = "J1"
     random: ClassVar[str] = "road"
+    weighting: ClassVar[Weighting | None] = None
+    weighted: ClassVar[Mapping[str, str]] = {}
+    comfort: ClassVar[tuple[str, ...]] = ()
     passive: ClassVar[bool] = True
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = RAIL_BAND

@@ -15,6 +15,7 @@ from posreal.metric import ClosedVehicle, Metric
 from posreal.plant.plant import Plant, absorbed
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import Vehicle
+from posreal.vehicle.weighting import Weighting
 
 FIRST = "secondary"
 """The place that every vehicle has."""
@@ -70,6 +71,21 @@ class SeenFrom:
     def random(self) -> str:
         """The vehicle's."""
         return self.vehicle.random
+
+    @property
+    def weighting(self) -> Weighting | None:
+        """The vehicle's."""
+        return self.vehicle.weighting
+
+    @property
+    def weighted(self) -> Mapping[str, str]:
+        """The vehicle's."""
+        return self.vehicle.weighted
+
+    @property
+    def comfort(self) -> tuple[str, ...]:
+        """The vehicle's."""
+        return self.vehicle.comfort
 
     @property
     def pade_band(self) -> float | None:

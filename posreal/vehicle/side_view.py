@@ -28,11 +28,14 @@ from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.metric import (
     ClosedVehicle,
+    FiveSecondPercentile,
     Inertance,
     LargestGain,
+    MeanComfort,
     Metric,
     PeakInTime,
     RootMeanSquare,
+    SperlingIndex,
     StaticStiffness,
     WeightedSum,
 )
@@ -43,6 +46,7 @@ from posreal.plant.second_order import SecondOrder
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
+from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
 _TABLE4 = "Jiang2012, Table 4"
 SLOPE = ((0.0, 0.4), (1.0, -0.4))
@@ -63,6 +67,26 @@ def _ride(point: str, stop: float) -> RootMeanSquare:
     return RootMeanSquare("track", f"acceleration_{point}", "%g", stop, per_cent_g)
 
 
+PLACES = {"L": "over the leading bogie", "M": "in the middle", "T": "over the trailing bogie"}
+"""Where the body's acceleration is an output."""
+VERTICAL_SPERLING = 0.588
+
+
+def _comfort(stop: float) -> dict[str, Metric]:
+    """Of the weighted vertical acceleration: r.m.s. up to `stop`, rad/s, a95, N_MV, and Sperling's Wz."""
+    percentiles = {point: FiveSecondPercentile(WEIGHTED, f"acceleration_{point}") for point in PLACES}
+    rms = {
+        point: RootMeanSquare(WEIGHTED, f"acceleration_{point}", "m/s^2", stop, also=("%g", per_cent_g))
+        for point in PLACES
+    }
+    return {
+        **{f"aw_{point}": metric for point, metric in rms.items()},
+        **{f"a95_{point}": metric for point, metric in percentiles.items()},
+        "NMV_z": MeanComfort(tuple((PLACES[point], metric) for point, metric in percentiles.items())),
+        **{f"Wz_{point}": SperlingIndex(SPERLING, f"acceleration_{point}") for point in PLACES},
+    }
+
+
 def _velocity(end: str) -> RootMeanSquare:
     """Of the secondary suspension on random track, over all frequencies: what a damper there has to bear."""
     return RootMeanSquare("track", f"deflection_velocity_{end}", "mm/s", factor=millimetres, at="on random track")
@@ -80,6 +104,23 @@ def _deflections(end: str) -> dict[str, Metric]:
         f"deflection_{end}": peak,
         f"deflection_rms_{end}": rms,
         f"deflection_overall_{end}": WeightedSum(((1.0, peak), (3.0, rms)), "peak + 3 r.m.s."),
+    }
+
+
+@lru_cache
+def vertical_metrics(cut_off: float | None = None) -> Mapping[str, Metric]:
+    """The metrics of a side view, whose ride figures end at `cut_off` Hz, or where they usually do."""
+    stop = math.inf if cut_off is None else 2 * math.pi * cut_off
+    return {
+        **{f"J1z_{point}": _ride(point, BAND if cut_off is None else stop) for point in PLACES},
+        **_deflections("front"),
+        **_deflections("rear"),
+        "static_stiffness": StaticStiffness(),
+        "inertance": Inertance(),
+        **{f"deflection_velocity_rms_{end}": _velocity(end) for end in ("front", "rear")},
+        **{f"J1z_{point}_whole": _ride(point, math.inf) for point in PLACES},
+        **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in PLACES},
+        **_comfort(stop),
     }
 
 
@@ -105,17 +146,13 @@ class SideView:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source=_TABLE4)
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source=_TABLE4)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE4)
+    weighting: Weighting | None = None
+    cut_off: float | None = None  # Hz
 
-    metrics: ClassVar[Mapping[str, Metric]] = {
-        **{f"J1z_{point}": _ride(point, BAND) for point in "LMT"},
-        **_deflections("front"),
-        **_deflections("rear"),
-        "static_stiffness": StaticStiffness(),
-        "inertance": Inertance(),
-        **{f"deflection_velocity_rms_{end}": _velocity(end) for end in ("front", "rear")},
-        **{f"J1z_{point}_whole": _ride(point, math.inf) for point in "LMT"},
-        **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in "LMT"},
+    weighted: ClassVar[Mapping[str, str]] = {
+        f"J1z_{point}{band}": f"aw_{point}" for point in PLACES for band in ("", "_whole")
     }
+    comfort: ClassVar[tuple[str, ...]] = tuple(_comfort(math.inf))
     headline: ClassVar[tuple[str, ...]] = (
         *(f"J1z_{point}" for point in "LMT"),
         *_deflections("front"),
@@ -134,6 +171,11 @@ class SideView:
         validated(self)
 
     @property
+    def metrics(self) -> Mapping[str, Metric]:
+        """Everything that can be evaluated."""
+        return vertical_metrics(self.cut_off)
+
+    @property
     def places(self) -> Mapping[str, Place]:
         """The secondary vertical suspension: a device behind its bush, beside the airspring."""
         airspring = self.airspring()
@@ -150,8 +192,9 @@ class SideView:
         }
 
     def plant(self, load: str, *, opened: bool = False) -> Plant:
-        """The vehicle on random ``track`` or running onto a ``slope``: the same plant."""
-        return _plant(self)
+        """The vehicle on random ``track`` or running onto a ``slope``: the same plant; or the track, accelerations
+        weighted."""
+        return _plant(self, load)
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Every mode that an output sees decays."""
@@ -247,6 +290,14 @@ def seen_from_the_side(
     )
 
 
+def weighted(plant: Plant, load: str, weighting: Weighting | None) -> Plant:
+    """A side view on one of its loads, from that on its track; Wb where no weighting is asked for."""
+    if load not in (WEIGHTED, SPERLING):
+        return plant
+    through = sperling(VERTICAL_SPERLING) if load == SPERLING else (weighting or Weighting("Wb")).filter
+    return filtered(plant, through, tuple(f"acceleration_{point}" for point in PLACES))
+
+
 @lru_cache(maxsize=256)
-def _plant(vehicle: SideView) -> Plant:
-    return vehicle.track()
+def _plant(vehicle: SideView, load: str) -> Plant:
+    return weighted(vehicle.track(), load, vehicle.weighting)

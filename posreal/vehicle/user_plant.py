@@ -21,6 +21,7 @@ from posreal.plant import hinf_norm
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.vehicle.place import Place
+from posreal.vehicle.weighting import Weighting
 
 _COLUMNS = 5  # outputs that have a column where designs stand side by side
 _LOOKS = 500  # frequencies at which the ports are looked at
@@ -45,6 +46,9 @@ class UserPlant:
     name: ClassVar[str] = "plant"
     compared: ClassVar[tuple[str, ...]] = ()
     random: ClassVar[str] = "load"
+    weighting: ClassVar[Weighting | None] = None
+    weighted: ClassVar[Mapping[str, str]] = {}
+    comfort: ClassVar[tuple[str, ...]] = ()
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = None
 

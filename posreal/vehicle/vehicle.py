@@ -10,6 +10,7 @@ from posreal.errors import BadInput, hint
 from posreal.metric import ClosedVehicle, Measured, Metric
 from posreal.plant.plant import Plant
 from posreal.vehicle.place import Place
+from posreal.vehicle.weighting import Weighting
 
 RAIL_BAND = 15.0
 """rad/s, up to which Padé delays keep their phase on a rail vehicle."""
@@ -31,6 +32,12 @@ class Vehicle(Protocol):
         The mean square by which a search takes its units, on the load case `random`.
     passive : bool
         Whether the vehicle is stable with every passive device.
+    weighting : Weighting or None
+        By which the metrics `comfort` are weighted; None: by the standard one, and they are shown only where asked for.
+    weighted : mapping of metric to metric
+        The weighted twin of a ride figure.
+    comfort : tuple of str
+        The metrics of the weighted acceleration.
     free : mapping of vehicle parameter to (group of ports, power of s)
         Parameters that may be free in a search, as what they add to a port's admittance.
     pade_band : float or None
@@ -58,6 +65,15 @@ class Vehicle(Protocol):
 
     @property
     def random(self) -> str: ...
+
+    @property
+    def weighting(self) -> Weighting | None: ...
+
+    @property
+    def weighted(self) -> Mapping[str, str]: ...
+
+    @property
+    def comfort(self) -> tuple[str, ...]: ...
 
     @property
     def passive(self) -> bool: ...

@@ -91,6 +91,8 @@ def two_wheels():
         ("vertical-comfort", "J1z_T", 0.04),
         ("vertical-comfort", "deflection_rms_front", 0.04),
         ("lateral-comfort", "Macc", 0.04),
+        ("vertical-comfort", "aw_T", 0.06),
+        ("lateral-comfort", "max_aw_y", 0.04),
         ("user", "norm of rms_x, 2*rms_y", 0.01),
         ("user", "gain_x", 0.01),
     ],

@@ -1,0 +1,128 @@
+"""Under what a problem's figures hold: the track, the speed, the weighting, and the band.
+
+A statement such as "S5 is 12 % better" is true of one track, one speed and one weighting, and of others it may be
+false; so they stand in the title of every table and in every JSON document.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from posreal.errors import BadInput, listed
+from posreal.metric import Norm
+from posreal.specification.problem import Problem
+from posreal.vehicle import parameters
+from posreal.vehicle.weighting import Weighting
+
+_LOWEST_CUT, _HIGHEST_CUT = 0.1, 1000.0  # Hz
+_ENOUGH = 100.0  # Hz, from where a weighted figure is over all frequencies: weightings end there by themselves
+
+
+def in_weighting(problem: Problem, name: str | Weighting) -> Problem:
+    """The problem with its ride figures weighted: objective, what is kept, and the columns of tables.
+
+    Raises
+    ------
+    BadInput
+        For an unknown weighting, or a vehicle without a body whose acceleration is weighted.
+    """
+    if name == "none":
+        return problem
+    chosen = Weighting(name) if isinstance(name, str) else name
+    if not problem.vehicle.weighted:
+        raise BadInput(
+            f"a weighting does not fit {problem.name}; it is of the body's acceleration in a rail vehicle, as in "
+            "vertical-comfort or lateral-comfort"
+        )
+    vehicle = dataclasses.replace(problem.vehicle, weighting=chosen)  # type: ignore[type-var]
+    twins = vehicle.weighted
+    goal = problem.goal
+    if goal is not None:
+        goal = dataclasses.replace(goal, parts=tuple((twins.get(part, part), weight) for part, weight in goal.parts))
+    return dataclasses.replace(
+        problem,
+        vehicle=vehicle,
+        objective=twins.get(problem.objective, problem.objective) if goal is None else goal.name,
+        keep=tuple(twins.get(kept, kept) for kept in problem.keep),
+        goal=goal,
+    )
+
+
+def cut(problem: Problem, hertz: float) -> Problem:
+    """The problem with its ride figures ending at a frequency.
+
+    Raises
+    ------
+    BadInput
+        For a frequency that is none, or a vehicle whose figures end nowhere else.
+    """
+    if not _LOWEST_CUT <= hertz <= _HIGHEST_CUT:
+        raise BadInput(f"the cut-off is {hertz:g} Hz; give from {_LOWEST_CUT:g} to {_HIGHEST_CUT:g} Hz")
+    if not problem.vehicle.weighted:
+        raise BadInput(f"a cut-off does not fit {problem.name}; it is where a rail vehicle's ride figure ends")
+    vehicle = dataclasses.replace(problem.vehicle, cut_off=float(hertz))  # type: ignore[type-var]
+    names = [problem.objective] if problem.goal is None else [name for name, _ in problem.goal.parts]
+    rides = [name for name in (*names, *problem.keep) if name in vehicle.weighted]
+    fixed = [name for name in rides if vehicle.metrics[name] == problem.vehicle.metrics[name]]
+    if fixed:
+        raise BadInput(
+            f"a cut-off does not fit {problem.name}: {listed(fixed)} ends at 20 Hz, as the sum of [Jiang2012] does; "
+            "with a weighting it does fit"
+        )
+    return dataclasses.replace(problem, vehicle=vehicle)
+
+
+def conditions(problem: Problem) -> dict[str, Any]:
+    """Track, speed (m/s), weighting and band (Hz) of a problem's figures; empty for a plant of one's own."""
+    vehicle = problem.vehicle
+    if not parameters(vehicle):
+        return {}
+    norms = _norms(problem)
+    speeds = {norm.speed for norm in norms if norm.speed is not None}
+    ends = {norm.stop / (2 * math.pi) for norm in norms}
+    found: dict[str, Any] = {}
+    found["speed"] = max(speeds, default=vehicle.V)
+    found["weighting"] = "none" if vehicle.weighting is None else vehicle.weighting.name
+    if ends:
+        (end,) = ends if len(ends) == 1 else (math.nan,)
+        found["band"] = [0.0, None if math.isinf(end) else end] if not math.isnan(end) else None
+    return found
+
+
+def in_words(problem: Problem, *, whole_band: bool = False) -> str:
+    """The same as a line for a title; `whole_band`: of what a bound says, which never ends."""
+    found = conditions(problem)
+    if not found:
+        return ""
+    said = [f"at {found['speed']:.6g} m/s"]
+    weighting = found["weighting"]
+    said.append("unweighted" if weighting == "none" else f"weighted by {weighting}")
+    band = found.get("band")
+    if whole_band:
+        band = [0.0, None]
+    if band is not None:
+        said.append("over all frequencies" if band[1] is None else f"up to {band[1]:.6g} Hz")
+    return ", ".join(said)
+
+
+def cautions(problem: Problem) -> list[str]:
+    """What has to be known before a figure is believed."""
+    found = []
+    for norm in _norms(problem):
+        end = norm.stop / (2 * math.pi)
+        if problem.vehicle.weighting is not None and norm.load != problem.vehicle.random and end < _ENOUGH:
+            found.append(
+                f"the weighted figure is cut at {end:.6g} Hz: a search then lets a device ring just above, where "
+                f"{problem.vehicle.weighting} still counts; leave --cut-off out"
+            )
+            break
+    return found
+
+
+def _norms(problem: Problem) -> list[Norm]:
+    """Of the mean squares that the objective is made of."""
+    names = [problem.base_objective] if problem.goal is None else [name for name, _ in problem.goal.parts]
+    norms = [problem.vehicle.metrics[name].norm() for name in names]
+    return [norm for norm in norms if norm is not None and norm.kind == "H2"]
