@@ -9,6 +9,7 @@ import typer
 from posreal.cli.options import (
     AsJson,
     At,
+    CutOff,
     DeviceWords,
     Jobs,
     Limit,
@@ -18,6 +19,7 @@ from posreal.cli.options import (
     Seed,
     Stiffness,
     VehicleFile,
+    WeightingName,
     WorstCase,
     job_count,
     posed,
@@ -46,6 +48,8 @@ def tolerance(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     at: At = None,
@@ -59,7 +63,9 @@ def tolerance(
     from posreal.optimisation.evaluate import read_design
     from posreal.study.tolerance import tolerance as study
 
-    question = posed(problem, vehicle, position, objective, stiffness, limit, worst_case, at)
+    question = posed(
+        problem, vehicle, position, objective, stiffness, limit, worst_case, at, weighting=weighting, cut_off=cut_off
+    )
     design = read_design(question, words(device))
     with progress() as say:
         found = study(
