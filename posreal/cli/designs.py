@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,21 +13,25 @@ from posreal.cli.options import (
     At,
     CutOff,
     DeviceWords,
+    ElementTolerance,
     Jobs,
     Limit,
     Objective,
     Position,
     ProblemName,
+    Robust,
     Seed,
     Starts,
     Stiffness,
     Sweep,
     VehicleFile,
+    VehicleTolerance,
     WeightingName,
     Width,
     WorstCase,
     Write,
     job_count,
+    made_robust,
     orders,
     posed,
     words,
@@ -42,6 +46,10 @@ from posreal.cli.output import (
     readable,
     write_network,
 )
+from posreal.errors import BadInput
+
+if TYPE_CHECKING:
+    from posreal.study.robust import RobustDesign
 
 NETWORKS = ", every figure recomputed from the network below"
 
@@ -101,6 +109,9 @@ def optimise(
     layout: Annotated[list[str], typer.Argument(metavar="LAYOUT...", help="Layouts' names, or TOML files.")],
     limit: Limit = None,
     worst_case: WorstCase = None,
+    robust: Robust = False,
+    elements: ElementTolerance = None,
+    of_vehicle: VehicleTolerance = None,
     vehicle: VehicleFile = None,
     position: Position = None,
     objective: Objective = None,
@@ -117,6 +128,7 @@ def optimise(
     """Find the best element values of one or more layouts."""
     from posreal.optimisation.layout_values import optimise as search
     from posreal.specification.layout import layout as named
+    from posreal.study.robust import beside
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
@@ -124,21 +136,26 @@ def optimise(
         problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
     )
     over = read_ranges(question, sweep or [])
+    asked = made_robust(question, robust, elements, of_vehicle)
     chosen = [named(name) for name in layout]
     for entry in chosen:
         entry.require(question)
+    common: dict[str, Any] = {"seed": seed, "jobs": job_count(jobs)}
     with progress() as say:
-        designs = [
-            search(question, entry, starts=starts, seed=seed, jobs=job_count(jobs), progress=say) for entry in chosen
-        ]
+        designs = [search(asked, entry, starts=starts, progress=say, **common) for entry in chosen]
+        worth: list[RobustDesign | None] = [None for _ in designs]
+        if robust:
+            drawn = [search(question, entry, starts=starts, progress=say, **common) for entry in chosen]
+            worth = [beside(*pair, progress=say, **common) for pair in zip(drawn, designs, strict=True)]
     swept = [vary(design, over) if over else None for design in designs]
     if as_json:
-        rows = zip(designs, swept, strict=True)
-        print_json({"designs": [d.to_dict() | ({} if s is None else {"sweep": s.to_dict()}) for d, s in rows]})
+        rows = zip(designs, swept, worth, strict=True)
+        print_json({"designs": [d.to_dict() | _extra(sweep=s, robust=w) for d, s, w in rows]})
         return
-    for number, (entry, design, varied) in enumerate(zip(chosen, designs, swept, strict=True)):
+    for number, (entry, design, varied, kept) in enumerate(zip(chosen, designs, swept, worth, strict=True)):
         print(end="\n" if number else "")
         print_design(design, heading=f"{question.name}: {design.label}, {entry.network}", draw=True, ascii=ascii)
+        print("" if kept is None else f"\n{kept}\n", end="")
         print("" if varied is None else f"\n{varied}\n", end="")
 
 
@@ -156,6 +173,9 @@ def synthesise(
     inerter: Annotated[bool, typer.Option("--inerter", help="A free inerter beside it, likewise.")] = False,
     limit: Limit = None,
     worst_case: WorstCase = None,
+    robust: Robust = False,
+    elements: ElementTolerance = None,
+    of_vehicle: VehicleTolerance = None,
     vehicle: VehicleFile = None,
     position: Position = None,
     objective: Objective = None,
@@ -172,6 +192,7 @@ def synthesise(
     width: Width = 100,
 ) -> None:
     """Find the best positive-real admittance of an order, then its network."""
+    from posreal.study.robust import as_drawn, beside
     from posreal.study.strut import mounted, realised
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
@@ -182,9 +203,13 @@ def synthesise(
         problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
     )
     over = read_ranges(question, sweep or [])
+    asked = made_robust(question, robust, elements, of_vehicle)
+    if robust and not realise:
+        raise BadInput("tolerances are of elements, so that --robust needs the network; leave out --no-realise")
+    kept = None
     with progress() as say:
         design = search(
-            question,
+            asked,
             order,
             method=method,
             starts=starts,
@@ -197,6 +222,8 @@ def synthesise(
         if realise:
             say("realising the admittance as a network")
             built, realisation = realised(design, prune=prune, progress=say)
+        if robust:
+            kept = beside(as_drawn(built), built, seed=seed, jobs=job_count(jobs), progress=say)
     written, ends = [], question.place.terminals
     if realise:
         strut = mounted(built.problem, realisation.network)
@@ -205,7 +232,7 @@ def synthesise(
     varied = vary(shown, over) if over else None
     if as_json:
         network = {"network": network_dict(realisation, ascii, width, ends)} if realise else {}
-        extra = {} if varied is None else {"sweep": varied.to_dict()}
+        extra = _extra(sweep=varied, robust=kept)
         print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
     assert shown.device is not None
@@ -214,8 +241,14 @@ def synthesise(
     if realise:
         print("\nNetwork by ", end="")
         print_network(realisation, ascii, width, shown=strut, terminals=ends)
+    print("" if kept is None else f"\n{kept}\n", end="")
     print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
+
+
+def _extra(**parts: Any) -> dict[str, Any]:
+    """What stands beside a design in JSON, where there is any."""
+    return {name: part.to_dict() for name, part in parts.items() if part is not None}
 
 
 def compare(

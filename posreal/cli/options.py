@@ -90,6 +90,23 @@ Sweep = Annotated[
     ),
 ]
 
+Robust = Annotated[
+    bool, typer.Option("--robust", help="Keep the constraints in every vehicle that is built within tolerances.")
+]
+ElementTolerance = Annotated[
+    str | None,
+    typer.Option("--tolerance", metavar="TEXT", help="Of the elements: 20% (the default), or 20%,k=10%,c1=30%."),
+]
+VehicleTolerance = Annotated[
+    str | None,
+    typer.Option(
+        "--vehicle-tolerance",
+        metavar="TEXT",
+        help="Of vehicle parameters: 10% of the spring at the device's place and of the suspension in the vehicle's "
+        "ports (the default, 20%), or Kpy=10%,mv=30%; 0 for none.",
+    ),
+]
+
 _MOST_JOBS = 1000
 DEVICE_FIRST = {"ignore_unknown_options": True}
 """Settings of a command whose device may start with a minus sign; see :func:`words`."""
@@ -133,6 +150,15 @@ def _hertz(text: str) -> float:
         return float(text)
     except ValueError:
         return number("--cut-off", text, "rad/s") / (2 * math.pi)
+
+
+def made_robust(question: Problem, robust: bool, elements: str | None, vehicle: str | None) -> Problem:
+    """The problem, with the tolerances within which its constraints hold if that is asked for."""
+    if robust:
+        return question.robust(**({} if elements is None else {"elements": elements}), vehicle=vehicle)
+    if elements is not None or vehicle is not None:
+        raise BadInput("tolerances go with --robust here; posreal tolerance shows the spread of a given device")
+    return question
 
 
 def _point(text: str) -> dict[str, float | str]:

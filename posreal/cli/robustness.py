@@ -11,6 +11,7 @@ from posreal.cli.options import (
     At,
     CutOff,
     DeviceWords,
+    ElementTolerance,
     Jobs,
     Limit,
     Objective,
@@ -19,6 +20,7 @@ from posreal.cli.options import (
     Seed,
     Stiffness,
     VehicleFile,
+    VehicleTolerance,
     WeightingName,
     WorstCase,
     job_count,
@@ -31,18 +33,8 @@ from posreal.cli.output import print_json, progress
 def tolerance(
     problem: ProblemName,
     device: DeviceWords,
-    elements: Annotated[
-        str, typer.Option("--tolerance", metavar="TEXT", help="Of the elements: 20%, or 20%,k=10%,c1=30%.")
-    ] = "20%",
-    of_vehicle: Annotated[
-        str | None,
-        typer.Option(
-            "--vehicle-tolerance",
-            metavar="TEXT",
-            help="Of vehicle parameters: 10% of the spring at the device's place and of the suspension in the "
-            "vehicle's ports (the default, 20%), or Kpy=10%,mv=30%; 0 for none.",
-        ),
-    ] = None,
+    elements: ElementTolerance = None,
+    of_vehicle: VehicleTolerance = None,
     draws: Annotated[int, typer.Option(min=1, max=100_000, help="Vehicles that are drawn.")] = 500,
     vehicle: VehicleFile = None,
     position: Position = None,
@@ -61,6 +53,7 @@ def tolerance(
 ) -> None:
     """Spread of every metric and yield of every constraint, with every value within its tolerance."""
     from posreal.optimisation.evaluate import read_design
+    from posreal.specification.tolerances import TOLERANCE
     from posreal.study.tolerance import tolerance as study
 
     question = posed(
@@ -70,7 +63,7 @@ def tolerance(
     with progress() as say:
         found = study(
             design,
-            tolerance=elements,
+            tolerance=TOLERANCE if elements is None else elements,
             vehicle=of_vehicle,
             draws=draws,
             seed=seed,

@@ -12,16 +12,20 @@ from posreal.cli.options import (
     Ascii,
     AsJson,
     CutOff,
+    ElementTolerance,
     Jobs,
     Objective,
     Position,
     ProblemName,
+    Robust,
     Seed,
     Stiffness,
     VehicleFile,
+    VehicleTolerance,
     WeightingName,
     WorstCase,
     job_count,
+    made_robust,
     orders,
     posed,
 )
@@ -55,6 +59,9 @@ def search(
     weighting: WeightingName = None,
     cut_off: CutOff = None,
     worst_case: WorstCase = None,
+    robust: Robust = False,
+    of_elements: ElementTolerance = None,
+    of_vehicle: VehicleTolerance = None,
     starts: Annotated[int | None, typer.Option(min=1, max=1000, help="Random starts for each topology.")] = None,
     seed: Seed = 0,
     jobs: Jobs = 1,
@@ -71,18 +78,20 @@ def search(
     from posreal.files import require_writable
     from posreal.study.drawing import FORMATS
     from posreal.study.pareto import pareto
+    from posreal.study.robust import as_drawn, beside
     from posreal.topology.options import read_at_most, read_bounds, read_limits
     from posreal.topology.search import search as find
 
     question = posed(
         problem, vehicle, position, objective, stiffness, worst_case=worst_case, weighting=weighting, cut_off=cut_off
     )
+    asked = made_robust(question, robust, of_elements, of_vehicle)
     if plot is not None:
         require_writable(plot, FORMATS)
     compared = [] if to_orders is None else orders(to_orders)
     with progress() as say:
         found = find(
-            question,
+            asked,
             elements,
             at_most=None if at_most is None else read_at_most(at_most),
             bounds=read_bounds(bounds or []),
@@ -102,11 +111,15 @@ def search(
             with suppress(BadInput):  # of a sum with a gain in it none is known
                 floor = prove(question, effort=0, progress=say).value
         front = pareto(found, orders=compared, bound=floor, seed=seed, progress=say)
+        best = found.best
+        kept = beside(as_drawn(best), best, seed=seed, jobs=job_count(jobs), progress=say) if robust else None
     if plot is not None:
         front.draw(plot)
     if as_json:
-        print_json(front.to_dict() | {"plot": None if plot is None else str(plot)})
+        extra = {} if kept is None else {"robust": kept.to_dict()}
+        print_json(front.to_dict() | {"plot": None if plot is None else str(plot)} | extra)
         return
     print(front.text(ascii=ascii))
+    print("" if kept is None else f"\nThe best of them. {kept}\n", end="")
     if plot is not None:
         print(f"\nwrote {plot}")

@@ -27,6 +27,7 @@ from posreal.errors import BadInput, PosrealError
 from posreal.metric import ClosedVehicle, DampingRatio, PeakInTime
 from posreal.network import Network
 from posreal.optimisation.coordinates import Coordinates
+from posreal.optimisation.corners import Corners, Signs
 from posreal.optimisation.damping import Damping
 from posreal.optimisation.element_values import ElementValues
 from posreal.optimisation.figure import Figure, Slopes
@@ -46,7 +47,8 @@ _SAFETY = 1e-7  # relative room that a constraint is given where the metric miss
 _GIVEN = 1e-6  # relative room beyond that which is given back
 _NEAR = 0.1  # relative miss of a constraint that may be due to the search's own quadrature
 _MISSED = 1e-2  # in a requirement's unit: more is missed by an end that led nowhere
-_ROUNDS = 6
+_ROUNDS, _ROUNDS_AT_CORNERS = 6, 15
+_LOOKS = 3  # at the corners, by a start that descends
 _SEEN, _ALIKE = (0.1, 300.0), 0.05  # rad/s; relative difference of two admittances there that are taken for the same
 _FULL = 10  # elements whose every limit is looked at
 
@@ -56,10 +58,12 @@ Point = tuple[Array, dict[str, float]]
 
 @dataclass
 class Watch:
-    """What a round is shown of each constraint: speeds of a damping ratio, a factor on a limit."""
+    """What a round is shown of each constraint: speeds of a damping ratio, a factor on a limit, and corners of the
+    tolerances with the speeds there."""
 
     speeds: dict[str, tuple[float, ...]] = field(default_factory=dict)
     factors: dict[str, float] = field(default_factory=dict)
+    corners: dict[tuple[Constraint, Signs], tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,11 @@ class ElementSearch:
         self._nominal = replace(posed, objective=problem.base_objective, points=())
         self._points = posed.at_points
         self._elements_at = {name: self.elements.at(point, layout) for name, point in self._points.items()}
+        self.corners: Corners | None = None
+        if problem.tolerances is not None:
+            everywhere = {"": self._nominal, **self._points}
+            elements = {"": self.elements, **self._elements_at}
+            self.corners = Corners(problem, everywhere, layout, elements, tuple(self.free))
         self._see(())
 
     def _see(self, light: Modes) -> None:
@@ -195,6 +204,9 @@ class ElementSearch:
             else:
                 one = (AtMost if c.sense == "<=" else AtLeast)(c.metric, self._limited[c.metric], limit)
             made.append(_There(one, self._elements_at[c.point]) if c.point else one)
+        if self.corners is not None:
+            for (c, signs), speeds in watch.corners.items():
+                made.append(self.corners.requirement(c, signs, speeds, watch.factors.get(c.metric, 1.0)))
         return made
 
     def least_damping(self, constraint: Constraint, speeds: tuple[float, ...], point: Point) -> Array:
@@ -265,6 +277,29 @@ class ElementSearch:
                     watch.factors[c.metric] *= room
                     changed = True
         return changed
+
+    def holds_at_corners(self, point: Point) -> bool:
+        """Whether the constraints hold at every corner of the problem's tolerances; so they do if it has none."""
+        return self.corners is None or not self.corners.missed(*point)
+
+    def _missed_at_corners(self, point: Point, watch: Watch) -> tuple[str, bool]:
+        """Which constraint does not hold at a corner of the tolerances, and whether that is news to the search."""
+        reason, news = "", False
+        if self.corners is None:
+            return reason, news
+        for c, (value, signs) in self.corners.missed(*point).items():
+            reason = f"{c} is violated at a corner of the tolerances: {value:.6g}"
+            seen = watch.corners.get((c, signs))
+            speeds: tuple[float, ...] = ()
+            if self._is_damping(c):
+                every = self._metric(c).speeds
+                least = self.corners.least_damping(c, signs, *point)
+                short = np.array(every)[least < c.value / 100]
+                speeds = tuple(np.union1d(seen or self._three_speeds(c), short).tolist())
+            if seen is None or speeds != seen:
+                watch.corners[c, signs] = speeds
+                news = True
+        return reason, news
 
     # --- points ----------------------------------------------------------------------------------------------
 
@@ -374,7 +409,12 @@ class ElementSearch:
         """Where a start leads as the figures see it; None if it breaks a constraint there, or runs off."""
         floors = [c for c in self.problem.constraints if self._is_damping(c)]
         watch = Watch(speeds={c.metric: self._three_speeds(c) for c in floors})
-        for point in self.polished(start, watch, iterations=iterations, tolerance=tolerance):
+        ends = self.polished(start, watch, iterations=iterations, tolerance=tolerance)
+        for _ in range(_LOOKS if self.corners is not None else 0):
+            if not ends or not self._missed_at_corners(ends[0], watch)[1]:
+                break
+            ends = self.polished(ends[0], watch, iterations=iterations, tolerance=tolerance)
+        for point in ends:
             value = self.value(point)
             with np.errstate(all="ignore"):
                 margins = [one.margins(self.elements, *point).values.min() for one in self.requirements(watch)]
@@ -387,8 +427,8 @@ class ElementSearch:
         search, watch = self, Watch()
         kept: list[Point] = []
         reason = "the local search ran off to infinity"
-        for _ in range(_ROUNDS):
-            found = False
+        for _ in range(_ROUNDS if self.corners is None else _ROUNDS_AT_CORNERS):
+            found = news = False
             for point in search.polished(start, watch):
                 try:
                     numbers = search.limited(point)
@@ -396,17 +436,19 @@ class ElementSearch:
                     reason = str(error)
                     continue
                 start, found, broken = point, True, search._broken(numbers)
-                if not broken:
+                missed, more = search._missed_at_corners(point, watch)
+                news = news or more
+                if not broken and not missed:
                     kept.append(point)
                     break
-                reason = f"{broken[0]} is violated: {numbers[broken[0].metric]:.6g}"
+                reason = f"{broken[0]} is violated: {numbers[broken[0].metric]:.6g}" if broken else missed
             if not found:
                 break
             if search.is_undamped(start):
                 return None, "the vehicle has next to no damping"
             closer = search.closer(start)
             again = search._look_closer(start, numbers, watch) if broken else search._loosened(numbers, watch)
-            if closer is search and not again:
+            if closer is search and not again and not news:
                 break
             search = closer
         if not kept:

@@ -66,12 +66,20 @@ class ElementValues:
         self._settled: Mapping[str, float] = layout.settled_values(problem)
         limits = np.log(np.array(list(free.values()), dtype=float).reshape(-1, 2))
         self.lower, self.upper = limits[:, 0], limits[:, 1]
+        self._factors = np.ones(len(free))
         self._rows = [layout.network.names.index(name) for name in free]
 
     def at(self, point: Problem, layout: Layout) -> ElementValues:
         """The same at another operating point: what stands for a part of the vehicle has its value there."""
         there = copy(self)
         there._settled = layout.settled_values(point)
+        return there
+
+    def scaled(self, factors: Mapping[str, float]) -> ElementValues:
+        """The same network with every value multiplied by its factor, at the same coordinates."""
+        there = copy(self)
+        there._settled = {name: value * factors.get(name, 1.0) for name, value in self._settled.items()}
+        there._factors = self._factors * [factors.get(name, 1.0) for name in self.names]
         return there
 
     def moved(self, strut: Strut) -> Strut:
@@ -92,7 +100,7 @@ class ElementValues:
 
     def values(self, theta: Real) -> dict[str, float]:
         """Every element's value at `theta`, the settled ones too."""
-        inside = np.exp(np.clip(theta, self.lower, self.upper)).tolist()
+        inside = (self._factors * np.exp(np.clip(theta, self.lower, self.upper))).tolist()
         return {**self._settled, **dict(zip(self.names, inside, strict=True))}
 
     def device(self, theta: Real) -> Strut:

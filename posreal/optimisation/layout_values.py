@@ -95,7 +95,7 @@ def optimise(
     for point in [*([best.point] if best is not None else []), *default]:
         if not known or search.value(point) < known[0].objective.value:
             with suppress(PosrealError):  # a vehicle that is not stable
-                known += [design for design in [measured(search, point)] if design.feasible]
+                known += [d for d in [measured(search, point)] if d.feasible and search.holds_at_corners(point)]
     if not known:
         raise Infeasible(
             f"no values of layout {layout.name} were found that meet the constraints of {problem.name}: {refused}"

@@ -24,6 +24,7 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
+from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
 from posreal.text_table import html
 from posreal.vehicle import Place, Vehicle, measure, override, parameters
 
@@ -56,6 +57,8 @@ class Problem:
     points : tuple of mappings of vehicle parameter to value
         Operating points besides the nominal one; the objective is then the worst over all of them, and constraints
         hold at each.
+    tolerances : Tolerances or None
+        Where given, searches over element values keep the constraints at every corner of them (:meth:`robust`).
     """
 
     name: str
@@ -68,6 +71,20 @@ class Problem:
     goal: Goal | None = None
     points: tuple[Mapping[str, float], ...] = ()
     reference: Vehicle | None = None
+    tolerances: Tolerances | None = None
+
+    def robust(
+        self,
+        elements: float | str | Mapping[str, float] = TOLERANCE,
+        vehicle: float | str | Mapping[str, float] | None = None,
+    ) -> Problem:
+        """The same problem, its constraints to hold in every vehicle that is built within tolerances.
+
+        Parameters
+        ----------
+        elements, vehicle : as :func:`posreal.tolerance` takes them
+        """
+        return dataclasses.replace(self, tolerances=tolerances(elements, vehicle))
 
     def __repr__(self) -> str:
         return f"<Problem {self.name}: {self.summary}>"

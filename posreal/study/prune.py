@@ -86,6 +86,13 @@ def pruned(
     return _in_few_digits(min(fitting, key=_rank).design) if fitting else None
 
 
+def with_best_values(design: Design) -> Design | None:
+    """A network's design at the local optimum of its values near its own; None if they keep no constraints."""
+    assert design.network is not None
+    built = _Start(design.problem, design.network).improved(design)
+    return None if built is None else built.design
+
+
 def _without_idle(design: Design, fraction: float) -> Network:
     """The design's network without the parts that may go as it stands, one by one the least missed.
 

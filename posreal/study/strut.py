@@ -12,6 +12,7 @@ from posreal.specification.design import Design
 from posreal.specification.mounted import mounted
 from posreal.specification.problem import Problem
 from posreal.study.prune import PRUNE, pruned
+from posreal.study.robust import made_robust
 
 PRINTED = 1e-6  # relative difference of figures that shows
 
@@ -44,6 +45,8 @@ def realised(
     Realisation
     """
     assert design.device is not None
+    if design.problem.tolerances is not None:
+        return _robustly(design, method, prune, progress)
     realisation = realise(design.device, method, progress=progress)
     found = {**design.found, "realised_by": realisation.method, "residual": realisation.residual}
     metrics = design.problem.metrics(design.problem.port(realisation.network.admittance(), whole=design.whole))
@@ -63,6 +66,28 @@ def realised(
     return (
         replace(smaller, found={**found, "realised_by": "pruning", "residual": proof.residual, "notes": notes}),
         Realisation(smaller.network, "pruned", design.device, smaller.device, proof, notes=(note,)),
+    )
+
+
+def _robustly(design: Design, method: str, prune: float, progress: Callable[[str], None]) -> tuple[Design, Realisation]:
+    """The network of the device, its values then chosen so that the constraints hold within tolerances."""
+    plain = replace(design, problem=replace(design.problem, tolerances=None))
+    built, realisation = realised(plain, method=method, prune=prune, progress=progress)
+    progress("looking for values that keep the constraints within tolerances")
+    robust = made_robust(replace(built, problem=replace(built.problem, tolerances=design.problem.tolerances)))
+    assert robust.network is not None
+    assert robust.device is not None
+    assert built.device is not None
+    before, after, objective = built.objective, robust.objective, design.problem.objective
+    note = (
+        f"values changed so that the constraints hold within tolerances: {objective} {after.value:.6g} {after.unit}, "
+        f"{before.value:.6g} as drawn"
+    )
+    proof = require_proof(robust.network, robust.device)
+    notes = [*built.found.get("notes", ()), note]
+    return (
+        replace(robust, found={**built.found, "residual": proof.residual, "notes": notes}),
+        Realisation(robust.network, realisation.method, built.device, robust.device, proof, notes=(note,)),
     )
 
 

@@ -14,19 +14,23 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from posreal.errors import BadInput, Infeasible, shown
 from posreal.metric import Metric
+from posreal.network import Damper
 from posreal.numerics.parallel import Workers, workers
 from posreal.optimisation.evaluate import evaluate
+from posreal.realisation import realise
 from posreal.specification.constraint import ROUNDING, Constraint
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
+from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
+from posreal.specification.variation import Variation, variation
 from posreal.study.tolerance_result import CONFIDENCE, Share, Spread, Tolerance
-from posreal.study.variation import TOLERANCE, Variation, variation
 
 Real = np.ndarray
 DRAWS = 500
@@ -82,10 +86,28 @@ def tolerance(
     Infeasible
         If the design itself is not stable.
     """
+    design = problem_or_design if isinstance(problem_or_design, Design) else evaluate(problem_or_design, device)
+    said = tolerances(tolerance, vehicle)
+    return within(
+        design, said, draws=draws, seed=seed, jobs=jobs, backend=backend, scheduler=scheduler, progress=progress
+    )
+
+
+def within(
+    design: Design,
+    said: Tolerances,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+    jobs: int = 1,
+    backend: str | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Tolerance:
+    """As :func:`tolerance`, of a design and tolerances that have been read."""
     if not 1 <= draws <= MOST:
         raise BadInput(f"draws is {shown(draws)}; give from 1 to {MOST}")
-    design = problem_or_design if isinstance(problem_or_design, Design) else evaluate(problem_or_design, device)
-    varied = variation(design, tolerance, vehicle)
+    varied = variation(as_network(design), said)
     if not varied.parts:
         raise BadInput("nothing varies: the device has no elements; give vehicle parameters a tolerance")
     points = np.random.default_rng(seed).uniform(-1.0, 1.0, (draws, len(varied.parts)))
@@ -94,6 +116,17 @@ def tolerance(
         found = look.at(points, "draw")
         corners = _corners(look, points, found)
         return _summary(look, points, found, *corners, seed)
+
+
+def as_network(design: Design) -> Design:
+    """The design with a network, which is what has tolerances; realised if it has none yet."""
+    device = design.device
+    if design.network is not None or device is None or device.is_zero():
+        return design
+    network = Damper(device(1.0).real) if device.degree == 0 else realise(device).network
+    if design.whole:
+        raise BadInput("a whole strut without a network has no elements; give a layout, a network or an admittance")
+    return replace(design, network=network)
 
 
 class _Draws:

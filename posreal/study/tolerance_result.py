@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from posreal.specification.design import Design
+from posreal.specification.variation import Variation
 from posreal.study.tolerance_text import text
-from posreal.study.variation import Variation
 
 CONFIDENCE = 0.95
 

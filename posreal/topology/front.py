@@ -153,8 +153,8 @@ def _with_company(
     equivalent: list[Network] = []
     same: set[Form] = {one.form}
     for form in everything:
-        if form == one.form or classed[form] not in near:
-            continue
+        if form == one.form or classed[form] not in near or problem.tolerances is not None:
+            continue  # networks of one admittance are not one within tolerances
         values = fitted(form, target, points, unit, generator(settings.seed, form))
         if values is not None and _within(form, values, settings):
             equivalent.append(valued(form, values))

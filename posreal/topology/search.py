@@ -121,7 +121,7 @@ def search(
     require_figures(posed)
     if metric is not None:
         require_metric(posed, metric)
-    classed = _classes(elements, bool(settings.bounds))
+    classed = _classes(elements, bool(settings.bounds) or posed.tolerances is not None)
     header = _header(posed, settings)
     found: dict[Form, Found] = {}
     with (
@@ -175,7 +175,7 @@ def best_of_each(
 
 
 def _classes(elements: int, bounded: bool) -> Mapping[Form, Form]:
-    """Which topology stands for which; each for itself where values have bounds."""
+    """Which topology stands for which; each for itself where values have bounds or tolerances."""
     if bounded:
         return {form: form for size in range(1, elements + 1) for form in topologies(size)}
     return classes(elements)
@@ -218,6 +218,8 @@ def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},
         "bounds": {kind: list(pair) for kind, pair in settings.bounds.items()},
     }
+    if problem.tolerances is not None:
+        identity["tolerances"] = str(problem.tolerances)
     return {
         "version": 1,
         "problem": problem.name,

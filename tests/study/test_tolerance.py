@@ -14,9 +14,11 @@ from posreal.cli import app
 from posreal.errors import BadInput
 from posreal.network import parse
 from posreal.plant.quadrature import BAND, lateral_sum
-from posreal.study.tolerance import tolerance
+from posreal.specification.tolerances import read_tolerances, tolerances
+from posreal.specification.variation import Variation
+from posreal.specification.variation import variation as vary
+from posreal.study.tolerance import as_network, tolerance
 from posreal.study.tolerance_result import Share
-from posreal.study.variation import read_tolerances, variation
 from posreal.vehicle import PlanView, SideView
 from tests.vehicle.naive import lateral_sum as naive_lateral
 from tests.vehicle.naive import vertical
@@ -37,6 +39,10 @@ def ride_at_the_trailing_bogie(c: float, b: float, bush: float) -> float:
             z = vertical(vehicle, lambda s: 1 / (s / bush + 1 / c + 1 / (s * b)), omega)["acceleration_T"]
             total += (high - low) / 2 * weight * abs(z) ** 2
     return 100 / vehicle.g * math.sqrt(math.pi * vehicle.Av * vehicle.V * total)
+
+
+def variation(design, *given, **named) -> Variation:
+    return vary(as_network(design), tolerances(*given, **named))
 
 
 @pytest.fixture(scope="module")
