@@ -15,7 +15,7 @@ def main() -> dict[str, float]:
     """Macc (m/s²) of the conventional suspension and of the best S3."""
     problem = pr.problem("lateral-comfort", vehicle={"mv": "20 t", "Ksy": "220 kN/m"})
     conventional = pr.evaluate(problem, None)
-    best = pr.optimise(problem, pr.layout("S3"), starts=2)
+    best = pr.optimise(problem, pr.layout("S3"), starts=2, any_values=True)
     best.check()
     print(pr.diagram(best.network))
     print(f"{conventional.objective} → {best.objective}: {best.improvement():.2f} % better")

@@ -9,7 +9,19 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "posreal"
-BELOW = {"errors", "admittance", "numerics", "units", "files", "text_table", "network", "plant", "metric", "vehicle"}
+BELOW = {
+    "errors",
+    "admittance",
+    "numerics",
+    "units",
+    "files",
+    "text_table",
+    "ranges",
+    "network",
+    "plant",
+    "metric",
+    "vehicle",
+}
 MAY_IMPORT = {
     "errors": set(),
     "numerics": {"errors"},
@@ -17,11 +29,12 @@ MAY_IMPORT = {
     "text_table": {"errors"},
     "files": {"errors"},
     "units": {"errors", "admittance"},
-    "network": {"errors", "admittance", "units", "files"},
+    "ranges": {"errors", "files", "units"},
+    "network": {"errors", "admittance", "units", "files", "ranges"},
     "realisation": {"errors", "admittance", "network"},
     "plant": {"errors", "admittance"},
     "metric": {"errors", "admittance", "plant"},
-    "vehicle": {"errors", "files", "admittance", "units", "plant", "metric"},
+    "vehicle": {"errors", "files", "admittance", "units", "ranges", "plant", "metric"},
     "specification": BELOW,
     "bounds": BELOW | {"specification"},
     "optimisation": BELOW | {"specification", "bounds"},

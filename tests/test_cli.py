@@ -440,3 +440,44 @@ def test_the_examples_work(posreal, command, tmp_path, monkeypatch):
     for line in EXAMPLES[command]:
         code, out, _ = posreal(*shlex.split(line)[1:])
         assert (code, bool(out)) == (1 if command == "check" else 0, True), line
+
+
+# --- what can be bought --------------------------------------------------------------------------------------
+
+
+def test_ranges_are_printed_as_the_file_that_other_commands_take(posreal, tmp_path):
+    code, out, err = posreal("ranges", "vertical-comfort")
+    assert (code, err) == (0, "")
+    path = tmp_path / "mine.toml"
+    path.write_text(out.replace("5000 kg", "1 t"))
+    words = ("optimise", "vertical-comfort", "S5", "--starts", "2", "--ranges", str(path), "--json")
+    design = json.loads(posreal(*words)[1])["designs"][0]
+    assert design["parameters"]["b"] == pytest.approx(1000.0)
+    assert design["outside_usual"] == []
+    assert "--any-values lifts that: 1.96127 %g" in " ".join(design["found"]["notes"])
+    code, out, _ = posreal("optimise", "vertical-comfort", "S6", "--starts", "3", "--any-values")
+    assert "Outside what can usually be bought (judgement): c1" in out
+    assert posreal("ranges", "lateral-comfort", "--at", "primary", "--json")[1].count("500.0") == 2
+
+
+def test_realise_says_what_cannot_be_bought(posreal, tmp_path):
+    device = "b=3e4 + (c=2e4 | k=3e5)"
+    code, out, _ = posreal("realise", device, "--for", "vertical-comfort")
+    assert code == 0
+    assert "Outside what can usually be bought (judgement): b = 30000 kg, above 5000 kg." in out
+    found = json.loads(posreal("realise", device, "--json")[1])["network"]["outside_usual"]
+    assert [one["name"] for one in found] == ["b"]
+    mine = tmp_path / "mine.toml"
+    mine.write_text('b = ["10 t", "40 t"]\nsource = "a ship"\n')
+    assert "Outside" not in posreal("realise", device, "--ranges", str(mine))[1]
+
+
+def test_ranges_that_cannot_be_used(posreal, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('b = ["5 t", "1 t"]\n')
+    code, _, err = posreal("optimise", "vertical-comfort", "S5", "--ranges", str(path))
+    assert code == 2
+    assert "mine.toml: b: the least, '5 t', is not below the greatest, '1 t'" in err
+    path.write_text('b = ["1 t", "5 t"]\n')
+    code, _, err = posreal("search", "vertical-comfort", "--elements", "1", "--ranges", str(path), "--any-values")
+    assert (code, "give one of the two" in err) == (2, True)

@@ -52,6 +52,7 @@ def _root(
 app.command()(listings.problems)
 app.command()(listings.layouts)
 app.command()(listings.vehicle)
+app.command()(listings.ranges)
 app.command(context_settings=DEVICE_FIRST)(designs.evaluate)
 app.command()(designs.optimise)
 app.command()(designs.synthesise)

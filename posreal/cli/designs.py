@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from posreal.cli.options import (
+    AnyValues,
     Ascii,
     AsJson,
     At,
@@ -19,6 +20,7 @@ from posreal.cli.options import (
     Objective,
     Position,
     ProblemName,
+    Ranges,
     Robust,
     Seed,
     Starts,
@@ -34,6 +36,7 @@ from posreal.cli.options import (
     made_robust,
     orders,
     posed,
+    refuse_both,
     words,
 )
 from posreal.cli.output import (
@@ -67,6 +70,7 @@ def evaluate(
     limit: Limit = None,
     worst_case: WorstCase = None,
     at: At = None,
+    ranges: Ranges = None,
     three_ways: Annotated[
         bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
     ] = False,
@@ -81,7 +85,17 @@ def evaluate(
     from posreal.study.sweep import sweep as vary
 
     question = posed(
-        problem, vehicle, position, objective, stiffness, limit, worst_case, at, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        at,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
     )
     over = read_ranges(question, sweep or [])
     design = read_design(question, words(device))
@@ -92,6 +106,7 @@ def evaluate(
         document["metrics"] = metrics_to_dict(design.metrics)
         document |= {key: design.to_dict()[key] for key in ("constraints", "conditions", "cautions")}
         document["notes"] = list(design.found.get("notes", ()))
+        document["outside_usual"] = design.to_dict()["outside_usual"]
         if varied is not None:
             document["sweep"] = varied.to_dict()
         if ways is not None:
@@ -107,6 +122,8 @@ def evaluate(
 def optimise(
     problem: ProblemName,
     layout: Annotated[list[str], typer.Argument(metavar="LAYOUT...", help="Layouts' names, or TOML files.")],
+    any_values: AnyValues = False,
+    ranges: Ranges = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     robust: Robust = False,
@@ -132,8 +149,18 @@ def optimise(
     from posreal.study.sweep import read_ranges
     from posreal.study.sweep import sweep as vary
 
+    refuse_both(any_values, ranges)
     question = posed(
-        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
     )
     over = read_ranges(question, sweep or [])
     asked = made_robust(question, robust, elements, of_vehicle)
@@ -142,10 +169,11 @@ def optimise(
         entry.require(question)
     common: dict[str, Any] = {"seed": seed, "jobs": job_count(jobs)}
     with progress() as say:
-        designs = [search(asked, entry, starts=starts, progress=say, **common) for entry in chosen]
+        found = dict(common, any_values=any_values, starts=starts, progress=say)
+        designs = [search(asked, entry, **found) for entry in chosen]
         worth: list[RobustDesign | None] = [None for _ in designs]
         if robust:
-            drawn = [search(question, entry, starts=starts, progress=say, **common) for entry in chosen]
+            drawn = [search(question, entry, **found) for entry in chosen]
             worth = [beside(*pair, progress=say, **common) for pair in zip(drawn, designs, strict=True)]
     swept = [vary(design, over) if over else None for design in designs]
     if as_json:
@@ -171,6 +199,7 @@ def synthesise(
         bool, typer.Option("--spring", help="A free spring beside the device, on top of the order.")
     ] = False,
     inerter: Annotated[bool, typer.Option("--inerter", help="A free inerter beside it, likewise.")] = False,
+    ranges: Ranges = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     robust: Robust = False,
@@ -200,7 +229,16 @@ def synthesise(
 
     check_paths(write)
     question = posed(
-        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
     )
     over = read_ranges(question, sweep or [])
     asked = made_robust(question, robust, elements, of_vehicle)
@@ -231,16 +269,18 @@ def synthesise(
     shown = built if realise else design
     varied = vary(shown, over) if over else None
     if as_json:
-        network = {"network": network_dict(realisation, ascii, width, ends)} if realise else {}
+        beyond = (*shown.outside, *shown.out_of_stroke)
+        network = {"network": network_dict(realisation, ascii, width, ends, beyond=beyond)} if realise else {}
         extra = _extra(sweep=varied, robust=kept)
         print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
     assert shown.device is not None
     print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(shown.device)}\n")
-    print_design(shown, heading=f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else ""))
+    heading = f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else "")
+    print_design(shown, heading=heading, usual=not realise)
     if realise:
         print("\nNetwork by ", end="")
-        print_network(realisation, ascii, width, shown=strut, terminals=ends)
+        print_network(realisation, ascii, width, shown=strut, terminals=ends, beyond=shown.usual_sentence)
     print("" if kept is None else f"\n{kept}\n", end="")
     print("" if varied is None else f"\n{varied}\n", end="")
     print("\n".join(written), end="\n" if written else "")
@@ -259,6 +299,7 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the rows and the bound: .png, .svg or .pdf.")
     ] = None,
+    ranges: Ranges = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     vehicle: VehicleFile = None,
@@ -278,7 +319,16 @@ def compare(
     from posreal.study.drawing import FORMATS
 
     question = posed(
-        problem, vehicle, position, objective, stiffness, limit, worst_case, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
     )
     if plot is not None:
         require_writable(plot, FORMATS)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from posreal.cli.options import Ascii, AsJson, DeviceWords, Seed, Width, Write, band, number, one_device
+from posreal.cli.options import Ascii, AsJson, DeviceWords, Ranges, Seed, Width, Write, band, number, one_device
 from posreal.cli.output import check_paths, network_dict, print_json, print_network, progress, readable, write_network
 from posreal.errors import BadInput, Infeasible
+
+if TYPE_CHECKING:
+    from posreal.ranges import UsualRanges
 
 Repair = Annotated[
     str | None,
@@ -55,6 +59,11 @@ def realise(
     c_max: Annotated[str | None, typer.Option(help="Strongest damper.")] = None,
     b_min: Annotated[str | None, typer.Option(help="Smallest inerter.")] = None,
     b_max: Annotated[str | None, typer.Option(help="Largest inerter.")] = None,
+    of_problem: Annotated[
+        str | None,
+        typer.Option("--for", metavar="PROBLEM", help="Whose place it is for: what cannot be bought there is said."),
+    ] = None,
+    ranges: Ranges = None,
     seed: Seed = 0,
     write: Write = None,
     as_json: AsJson = False,
@@ -63,6 +72,7 @@ def realise(
 ) -> None:
     """Build a network for a device, and prove that it is the device."""
     from posreal.admittance import as_rational
+    from posreal.network.usual import outside, sentence
     from posreal.realisation import Limits, nearest_positive_real, realise_all
     from posreal.realisation import realise as build
 
@@ -74,6 +84,7 @@ def realise(
     given = {n: number(f"--{n.replace('_', '-')}", text, units[n[0]]) for n, text in ends.items() if text is not None}
     limits = Limits(**given) if given else None
     target = as_rational(one_device(device))
+    usual = _usual(of_problem, ranges)
     changed: list[str] = []
     if repair is not None:
         mended = nearest_positive_real(target, repair)
@@ -90,7 +101,8 @@ def realise(
             if not found:
                 raise Infeasible("No realisation found can be built within the limits; take wider ones.")
         if as_json:
-            print_json({"networks": [network_dict(r, ascii, width) for r in found], "notes": changed})
+            every = [network_dict(r, ascii, width, beyond=outside(r.network, usual)) for r in found]
+            print_json({"networks": every, "notes": changed})
         else:
             print("\n".join([*changed, _listing(found)]))
         return
@@ -100,13 +112,26 @@ def realise(
             target, method, levers=levers, tolerance=tolerance, band=where, limits=limits, seed=seed, progress=say
         )
     written = write_network(realisation.network, write)
+    beyond = outside(realisation.network, usual)
     if as_json:
-        print_json({"network": network_dict(realisation, ascii, width), "notes": changed})
+        print_json({"network": network_dict(realisation, ascii, width, beyond=beyond), "notes": changed})
         return
     for line in changed:
         print(line)
-    print_network(realisation, ascii, width)
+    print_network(realisation, ascii, width, beyond=sentence(beyond, usual))
     print("\n".join(written), end="\n" if written else "")
+
+
+def _usual(of_problem: str | None, ranges: Path | None) -> UsualRanges | None:
+    """What can be bought for a problem's place, or for any here, or as a file says."""
+    from posreal.ranges import WIDEST, read_ranges
+
+    usual: UsualRanges | None = WIDEST
+    if of_problem is not None:
+        from posreal.specification.named import problem
+
+        usual = problem(of_problem).usual
+    return usual if ranges is None else read_ranges(ranges, usual)
 
 
 def _listing(found: list[Any]) -> str:

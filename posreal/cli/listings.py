@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from posreal.cli.options import Ascii, AsJson, VehicleFile
+from posreal.cli.options import Ascii, AsJson, At, ProblemName, VehicleFile, posed
 from posreal.cli.output import drawn, print_json
+from posreal.errors import BadInput
 
 if TYPE_CHECKING:
     from posreal.specification.layout import Layout
@@ -62,6 +63,7 @@ def vehicle(
                     for n, value, unit, meaning, source in rows
                 },
                 "places": list(model.places),
+                "usual": {n: place.usual.to_dict() for n, place in model.places.items() if place.usual is not None},
                 "metrics": {n: metric.unit for n, metric in model.metrics.items()},
             }
         )
@@ -75,6 +77,9 @@ def vehicle(
     print(f"{model.name}\n")
     print(table(header, body, "lrrlll" if changed else "lrlll"))
     print(f"\n  places: {', '.join(model.places)}")
+    for n, place in model.places.items():
+        if place.usual is not None:
+            print(f"  usual at {n}: {place.usual}")
     print(f"  metrics: {', '.join(f'{n} [{metric.unit}]' for n, metric in model.metrics.items())}")
 
 
@@ -112,6 +117,15 @@ def layouts(
         note = f" ({row.note})" if row.note else ""
         lines.append(f"\nTable {row.table}, {problem(row.problem).name}: {figures} at {valued}{tuned}{note}")
     print("\n".join(lines))
+
+
+def ranges(problem: ProblemName, vehicle: VehicleFile = None, at: At = None, as_json: AsJson = False) -> None:
+    """Print what can usually be bought for a problem's place, as the TOML file that --ranges takes."""
+    posed_problem = posed(problem, vehicle, at=at)
+    usual = posed_problem.usual
+    if usual is None:
+        raise BadInput(f"{posed_problem.name} has no usual ranges; --ranges FILE gives it some")
+    print_json({"problem": posed_problem.name, "ranges": usual.to_dict()}) if as_json else print(usual.to_toml())
 
 
 def _layout_dict(entry: Layout) -> dict[str, Any]:

@@ -89,6 +89,13 @@ Sweep = Annotated[
         help="Vary a vehicle parameter, such as V=10:55:10; given again, another one too, in all combinations.",
     ),
 ]
+Ranges = Annotated[
+    Path | None,
+    typer.Option("--ranges", metavar="FILE", help="TOML file of what can be bought; see `posreal ranges`."),
+]
+AnyValues = Annotated[
+    bool, typer.Option("--any-values", help="Let element values be any, not only those that can usually be bought.")
+]
 
 Robust = Annotated[
     bool, typer.Option("--robust", help="Keep the constraints in every vehicle that is built within tolerances.")
@@ -123,6 +130,7 @@ def posed(
     at: str | None = None,
     weighting: str | None = None,
     cut_off: str | None = None,
+    ranges: Path | None = None,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.specification.named import problem
@@ -141,7 +149,14 @@ def posed(
         at=at,
         weighting=weighting,
         cut_off=end,
+        ranges=ranges,
     )
+
+
+def refuse_both(any_values: bool, ranges: Path | None) -> None:
+    """Values cannot be any and within a file's ranges at once."""
+    if any_values and ranges is not None:
+        raise BadInput("--any-values takes values that --ranges leaves out; give one of the two")
 
 
 def _hertz(text: str) -> float:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from posreal.admittance import Rational
     from posreal.network import Network
+    from posreal.network.usual import Outside
     from posreal.realisation import Realisation
     from posreal.specification.design import Design
     from posreal.specification.problem import Problem
@@ -33,10 +34,16 @@ def drawn(network: Network, ascii: bool = False, width: int = 100, terminals: tu
 
 
 def network_dict(
-    realisation: Realisation, ascii: bool, width: int = 100, terminals: tuple[str, str] = TERMINALS
+    realisation: Realisation,
+    ascii: bool,
+    width: int = 100,
+    terminals: tuple[str, str] = TERMINALS,
+    *,
+    beyond: Sequence[Outside] = (),
 ) -> dict[str, Any]:
     """NETWORK of the JSON interface."""
     return realisation.to_dict() | {
+        "outside_usual": [one.to_dict() for one in beyond],
         "inertance_built": _inertance_built(realisation.network),
         "diagram": drawn(realisation.network, ascii, width, terminals),
     }
@@ -54,8 +61,10 @@ def print_network(
     *,
     shown: Network | None = None,
     terminals: tuple[str, str] = TERMINALS,
+    beyond: str = "",
 ) -> None:
-    """Diagram (of `shown`, the network in its mounting, if given), element table, notation and proof."""
+    """Diagram (of `shown`, the network in its mounting, if given), element table, notation, what of it lies `beyond`
+    what can be bought, and proof."""
     from posreal.network.table import table as elements
     from posreal.text_table import counted
     from posreal.units import engineering
@@ -71,6 +80,8 @@ def print_network(
     print(f"\n{drawn(shown or realisation.network, ascii, width, terminals)}\n")
     print(f"{elements(realisation.network, digits=4)}\n")
     print(f"{realisation.network}\n")
+    if beyond:
+        print(f"{beyond}\n")
     print(f"relative residual of its admittance, recomputed from its graph: {realisation.residual:.1e}")
 
 
@@ -105,8 +116,8 @@ def titled(heading: str, problem: Problem) -> list[str]:
     return [heading, *([f"  {words}"] if words else []), *(f"  Caution: {one}." for one in cautions(problem))]
 
 
-def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False) -> None:
-    """Every metric of a design, its constraints, and how it was found."""
+def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False, usual: bool = True) -> None:
+    """Every metric of a design, its constraints, how it was found, and (`usual`) what of it cannot be bought."""
     from posreal.text_table import table
     from posreal.units import engineering
 
@@ -134,6 +145,8 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print("  found by: " + ", ".join(how))
     for note in design.found.get("notes", ()):
         print(f"  note: {note}")
+    if usual and design.usual_sentence:
+        print(f"  {design.usual_sentence}")
 
 
 def _improves(problem: Problem, name: str) -> bool:

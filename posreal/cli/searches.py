@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from posreal.cli.options import (
+    AnyValues,
     Ascii,
     AsJson,
     CutOff,
@@ -17,6 +18,7 @@ from posreal.cli.options import (
     Objective,
     Position,
     ProblemName,
+    Ranges,
     Robust,
     Seed,
     Stiffness,
@@ -28,6 +30,7 @@ from posreal.cli.options import (
     made_robust,
     orders,
     posed,
+    refuse_both,
 )
 from posreal.cli.output import print_json, progress
 from posreal.errors import BadInput
@@ -43,6 +46,8 @@ def search(
         list[str] | None,
         typer.Option(metavar="KIND=LEAST:GREATEST", help="Values allowed, such as 'k=10 kN/m:5 MN/m'."),
     ] = None,
+    any_values: AnyValues = False,
+    ranges: Ranges = None,
     limit: Annotated[
         list[str] | None,
         typer.Option(metavar="METRIC=VALUE", help="A metric that may not exceed a value, in its unit."),
@@ -82,8 +87,17 @@ def search(
     from posreal.topology.options import read_at_most, read_bounds, read_limits
     from posreal.topology.search import search as find
 
+    refuse_both(any_values, ranges)
     question = posed(
-        problem, vehicle, position, objective, stiffness, worst_case=worst_case, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        worst_case=worst_case,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
     )
     asked = made_robust(question, robust, of_elements, of_vehicle)
     if plot is not None:
@@ -95,6 +109,7 @@ def search(
             elements,
             at_most=None if at_most is None else read_at_most(at_most),
             bounds=read_bounds(bounds or []),
+            any_values=any_values,
             limits=read_limits(limit or []),
             metric=metric,
             starts=starts,

@@ -19,6 +19,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from posreal.errors import Infeasible, PosrealError
+from posreal.network.usual import at_ends
 from posreal.numerics.threads import one_thread
 from posreal.optimisation.caveats import reported
 from posreal.optimisation.element_search import ElementSearch, Point, best_settled, distinct
@@ -28,6 +29,7 @@ from posreal.specification.layout import Layout
 from posreal.specification.layout import layout as read_layout
 from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
+from posreal.specification.usual import chosen, own_springs, within
 
 LOOKED_AT = 4  # ends, where a plant's own modes are light and a grid may not see the closed one's
 
@@ -40,9 +42,13 @@ def optimise(
     starts: int = 6,
     seed: int = 0,
     jobs: int = 1,
+    any_values: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Design:
     """The best element values of `layout` on `problem` that were found, with free vehicle parameters.
+
+    Of values that can be bought for the place: where the optimum within the layout's own bounds holds one that cannot,
+    another one is looked for within the usual ranges as well, and a note says what they cost.
 
     Parameters
     ----------
@@ -54,6 +60,8 @@ def optimise(
     seed : int
     jobs : int
         Starts that run side by side (joblib).
+    any_values : bool
+        Whether values may be any within the layout's own bounds, bought or not.
     progress : function of str, optional
         Called with one line per start.
 
@@ -70,11 +78,40 @@ def optimise(
     Infeasible
         If no start led to a point that meets the constraints.
     """
-    began = time.perf_counter()
     problem, layout = as_problem(problem), read_layout(layout)
+    free = _best(problem, layout, starts, seed, jobs, progress)
+    bought = chosen(layout, problem)
+    beyond = [str(one) for one in free.outside if one.name in bought]
+    if any_values or not beyond:
+        return reported(free)
+    lifted = f"--any-values lifts that: {free.objective} with {'; '.join(beyond)}"
+    here = f"layout {layout.name} of values that can usually be bought for {problem.name}"
+    try:
+        usual = _best(problem, within(layout, problem), starts, seed, jobs, progress, known=free.parameters)
+    except Infeasible as error:
+        raise Infeasible(f"{here}: {error}; {lifted}") from None
+    ends = at_ends(usual.network, problem.usual, own=own_springs(problem)) if usual.network is not None else []
+    said = f"{'; '.join(ends)}; {lifted}" if ends else f"only values that can usually be bought; {lifted}"
+    return reported(replace(usual, found={**usual.found, "notes": [said]}))
+
+
+def _best(
+    problem: Problem,
+    layout: Layout,
+    starts: int,
+    seed: int,
+    jobs: int,
+    progress: Callable[[str], None] | None,
+    *,
+    known: Mapping[str, float] | None = None,
+) -> Design:
+    """The best found within a layout's bounds, started from `known` values besides."""
+    began = time.perf_counter()
     search = ElementSearch(problem, layout)
     default = search.default()
     points = [*search.screened(starts, np.random.default_rng(seed)), *default]
+    if known is not None:
+        points.append(search.point(known, known))
     run = Parallel(n_jobs=jobs, return_as="generator")(delayed(search.descended)(point) for point in points)
     ends = []
     for number, end in enumerate(run, 1):
@@ -91,30 +128,26 @@ def optimise(
         refused = refused or why
         if best is not None:
             break
-    known: list[Design] = []
+    kept: list[Design] = []
     for point in [*([best.point] if best is not None else []), *default]:
-        if not known or search.value(point) < known[0].objective.value:
+        if not kept or search.value(point) < kept[0].objective.value:
             with suppress(PosrealError):  # a vehicle that is not stable
-                known += [d for d in [measured(search, point)] if d.feasible and search.holds_at_corners(point)]
-    if not known:
+                kept += [d for d in [measured(search, point)] if d.feasible and search.holds_at_corners(point)]
+    if not kept:
         raise Infeasible(
             f"no values of layout {layout.name} were found that meet the constraints of {problem.name}: {refused}"
         )
-    design = min(known, key=lambda one: one.objective.value)
+    design = min(kept, key=lambda one: one.objective.value)
     agreed = sum(end.value <= several[0].value * 1.001 for end in ends)
-    return reported(
-        replace(
-            design,
-            found={
-                "method": "SLSQP on element values, exact gradients",
-                "starts": len(points),
-                "agreed": agreed,
-                "seed": seed,
-                "seconds": round(time.perf_counter() - began, 2),
-                "at_bounds": _at_bounds(search, design.parameters),
-            },
-        )
-    )
+    found = {
+        "method": "SLSQP on element values, exact gradients",
+        "starts": len(points),
+        "agreed": agreed,
+        "seed": seed,
+        "seconds": round(time.perf_counter() - began, 2),
+        "at_bounds": _at_bounds(search, design.parameters),
+    }
+    return replace(design, found=found)
 
 
 def measured(search: ElementSearch, point: Point) -> Design:

@@ -15,8 +15,10 @@ from posreal.admittance.positive_real import require
 from posreal.errors import Infeasible
 from posreal.metric import Measured
 from posreal.network import Network, nodal_admittance
+from posreal.network.usual import Outside, outside, sentence
 from posreal.specification.conditions import cautions, conditions
 from posreal.specification.problem import Problem
+from posreal.specification.usual import out_of_stroke, own_springs
 from posreal.text_table import frame, html, percent
 
 
@@ -63,6 +65,7 @@ class Design:
                 *(f"  {name} = {metric}" for name, metric in self.metrics.items()),
                 *(f"  {sentence}" for sentence in self.problem.violated(self.metrics)),
                 *(f"  {note}" for note in self.found.get("notes", ())),
+                *(f"  {said}" for said in [self.usual_sentence] if said),
                 f"  Y(s) = {device}" if self.network is None else f"  {self.network}",
             ]
         )
@@ -114,6 +117,22 @@ class Design:
     def feasible(self) -> bool:
         """Whether all constraints hold."""
         return not self.problem.violated(self.metrics)
+
+    @cached_property
+    def outside(self) -> tuple[Outside, ...]:
+        """What cannot usually be bought: elements of the network, springs of the vehicle's own left out."""
+        own = own_springs(self.problem) if self.whole else None
+        return () if self.network is None else tuple(outside(self.network, self.problem.usual, own=own))
+
+    @property
+    def usual_sentence(self) -> str:
+        """What lies outside what can usually be bought; empty if nothing does."""
+        return sentence([*self.outside, *self.out_of_stroke], self.problem.usual)
+
+    @property
+    def out_of_stroke(self) -> tuple[Outside, ...]:
+        """Travels of the suspension that are longer than a device of its place can usually be bought for."""
+        return tuple(out_of_stroke(self.problem, self.metrics))
 
     def improvement(self, metric: str | None = None) -> float | None:
         """Per cent by which a metric (the objective) is better than with the default suspension."""
@@ -177,6 +196,7 @@ class Design:
             },
             "order": self.order,
             "parameters": dict(self.parameters),
+            "outside_usual": [one.to_dict() for one in (*self.outside, *self.out_of_stroke)],
             "feasible": self.feasible,
             "constraints": [
                 {

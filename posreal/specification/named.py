@@ -11,11 +11,20 @@ import numpy as np
 
 from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
+from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.specification.conditions import cut, in_weighting
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
-from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle, from_file, override, parameters
+from posreal.vehicle import (
+    PlanView,
+    QuarterCar,
+    SideView,
+    Vehicle,
+    from_file,
+    override,
+    parameters,
+)
 from posreal.vehicle.manchester import ManchesterCoach
 from posreal.vehicle.seen_from import seen_from
 from posreal.vehicle.weighting import Weighting
@@ -98,6 +107,7 @@ def problem(
     at: str | None = None,
     weighting: str | Weighting | None = None,
     cut_off: float | None = None,
+    ranges: Any = None,
 ) -> Problem:
     """A design problem by name.
 
@@ -132,6 +142,9 @@ def problem(
         place of ``Macc``.
     cut_off : float, optional
         Frequency, Hz, at which ``J1z_…`` and ``aw_…`` end: 20 by default for the first, none for the second.
+    ranges : path, mapping or UsualRanges, optional
+        What can be bought, instead of the place's usual ranges: a TOML file or a mapping such as
+        ``{"b": ("50 kg", "2 t")}``; see :mod:`posreal.ranges`.
 
     Raises
     ------
@@ -179,6 +192,8 @@ def problem(
         there = seen_from(chosen.vehicle, at)
         named = chosen.name if there is chosen.vehicle else f"{chosen.name} at {at}"
         chosen = dataclasses.replace(chosen, name=named, vehicle=there)
+    if ranges is not None:
+        chosen = dataclasses.replace(chosen, ranges=_ranges(ranges, chosen.usual))
     if limits:
         chosen = limited(chosen, limits)
     return over_points(chosen, worst_case) if worst_case else chosen
@@ -212,6 +227,12 @@ def vehicle(name: str, file: Any = None) -> Vehicle:
         raise BadInput(f"unknown vehicle {shown(name)}; {hint(name, [*models, *_PROBLEMS])}")
     model = models[name] if name in models else _PROBLEMS[name].vehicle
     return model if file is None else from_file(model, file, model.name, tuple(models))
+
+
+def _ranges(given: Any, usual: UsualRanges | None) -> UsualRanges:
+    if isinstance(given, UsualRanges):
+        return given
+    return ranges_from(given, usual) if isinstance(given, Mapping) else read_ranges(given, usual)
 
 
 def minimising(problem: Problem, objective: str) -> Problem:

@@ -22,6 +22,7 @@ from posreal.errors import BadInput, Infeasible
 from posreal.metric import Measured
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
+from posreal.ranges import UsualRanges
 from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
 from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
@@ -59,6 +60,8 @@ class Problem:
         hold at each.
     tolerances : Tolerances or None
         Where given, searches over element values keep the constraints at every corner of them (:meth:`robust`).
+    ranges : UsualRanges or None
+        The user's own, of what can be bought; None: the place's.
     """
 
     name: str
@@ -72,6 +75,7 @@ class Problem:
     points: tuple[Mapping[str, float], ...] = ()
     reference: Vehicle | None = None
     tolerances: Tolerances | None = None
+    ranges: UsualRanges | None = None
 
     def robust(
         self,
@@ -139,6 +143,11 @@ class Problem:
     def mounting(self) -> Mounting:
         """What the port holds besides the device."""
         return self.place.around
+
+    @property
+    def usual(self) -> UsualRanges | None:
+        """What can be bought for the place: the user's own ranges, or those that the vehicle knows of."""
+        return self.ranges or self.place.usual
 
     @property
     def roles(self) -> Mapping[str, str]:

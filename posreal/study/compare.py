@@ -266,7 +266,7 @@ def compare(
         if entry.fits(problem):
             say(f"optimising {entry.name}")
             try:
-                rows.append(optimise(problem, entry, seed=seed, jobs=jobs))
+                rows.append(optimise(problem, entry, seed=seed, jobs=jobs, any_values=True))
             except (Infeasible, BadInput) as reason:
                 notes.append(f"{entry.name}: {reason}.")
     warm: list[Any] = []
@@ -281,6 +281,10 @@ def compare(
         say(f"realising order {order}")
         rows.append(realised(design)[0])
     notes += [f"{row.label}: {caveat}." for row in rows for caveat in caveats(row)]
+    beyond = {row.label: row.outside for row in rows if row.outside}
+    if beyond:
+        said = "; ".join(f"{label}: {', '.join(str(one) for one in outside)}" for label, outside in beyond.items())
+        notes.append(f"Outside what can usually be bought: {said}.")
     if not any(row.feasible for row in rows):
         kept = listed(problem.constraints).replace(" or ", " and ")
         raise Infeasible(f"neither a layout nor a synthesised device was found that keeps {kept}")

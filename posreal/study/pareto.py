@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from posreal.errors import BadInput, Infeasible
 from posreal.network.diagram import diagram
 from posreal.optimisation.layout_values import optimise
+from posreal.ranges import written
 from posreal.specification.conditions import cautions, in_words
 from posreal.specification.design import Design
 from posreal.specification.layout import layout, layouts
@@ -37,12 +39,15 @@ class Pareto:
         Synthesised devices, by order.
     bound : float or None
         A lower bound over all devices, in the objective's unit.
+    notes : tuple of str
+        Why a layout is missing.
     """
 
     search: Search
     layouts: tuple[Design, ...] = ()
     syntheses: tuple[Design, ...] = ()
     bound: float | None = None
+    notes: tuple[str, ...] = ()
 
     def above_synthesis(self, point: FrontPoint) -> float | None:
         """Per cent by which a network is worse than the best synthesised device of its degree or less."""
@@ -103,8 +108,8 @@ class Pareto:
         return "\n".join(lines)
 
     def _notes(self) -> list[str]:
-        search = self.search
-        notes = [f"Subject to {constraint}." for constraint in search.problem.constraints]
+        search, problem = self.search, self.search.problem
+        notes = [f"Subject to {constraint}." for constraint in problem.constraints]
         notes += [
             f"{_count(point.elements)}: {note}." for point in search.front for note in point.design.found["notes"]
         ]
@@ -122,8 +127,13 @@ class Pareto:
         notes += [
             f"{design.label} ({_count(_bought(design))}): {design.objective.value:#.5g}." for design in self.layouts
         ]
-        if (self.layouts or self.syntheses) and search.problem.without_limits is not search.problem:
+        notes += self.notes
+        if (self.layouts or self.syntheses) and problem.without_limits is not search.problem:
             notes.append("Layouts and synthesised devices are the best without the limits given.")
+        if search.bounds:
+            usual = problem.usual is not None and search.bounds == problem.usual.by_kind
+            said = ", what can usually be bought; --any-values lifts that" if usual else ""
+            notes.append(f"Values from {written(search.bounds)}{said}.")
         if self.bound is not None:
             notes.append(f"No passive device is better than {self.bound:#.5g}.")
         return notes
@@ -260,18 +270,22 @@ def pareto(
     search.require_any()
     problem = search.problem.without_limits
     fitting = [entry for entry in layouts() if entry.fits(problem)]
-    optima = []
+    any_values = problem.usual is None or not set(problem.usual.by_kind) <= set(search.bounds)
+    optima, notes = list[Design](), list[str]()
     for entry in fitting:
         if progress is not None:
             progress(f"optimising {entry.name}")
-        optima.append(optimise(problem, entry, seed=seed, jobs=jobs))
+        try:
+            optima.append(optimise(problem, entry, seed=seed, jobs=jobs, any_values=any_values))
+        except (Infeasible, BadInput) as reason:
+            notes.append(f"{entry.name}: {reason}.")
     made: list[Design] = []
     for order in orders:
         if progress is not None:
             progress(f"synthesising order {order}")
         warm = [design.device for design in made]
         made.append(synthesise(problem, order, seed=seed, warm=warm, progress=progress))
-    return Pareto(search, tuple(optima), tuple(made), bound)
+    return Pareto(search, tuple(optima), tuple(made), bound, tuple(notes))
 
 
 def _bought(design: Design) -> int:

@@ -264,14 +264,16 @@ def reproduce(
             there = evaluate_layout(
                 posed.with_vehicle(published.vehicle), entry, published.values, vehicle=published.vehicle
             )
-            optimum = optimise(posed, entry, starts=starts, seed=seed, jobs=jobs)
+            optimum = optimise(posed, entry, starts=starts, seed=seed, jobs=jobs, any_values=True)
             tables[published.table].append(
                 ReproducedRow(entry, published, next(iter(published.figures)), there, optimum)
             )
     vertical = problem("vertical-comfort")
     bare = next(entry for entry in layouts() if entry.name == "S6")
     tables[6].append(
-        ReproducedRow(bare, None, "J1z_T", None, optimise(vertical, bare, starts=starts, seed=seed, jobs=jobs))
+        ReproducedRow(
+            bare, None, "J1z_T", None, optimise(vertical, bare, starts=starts, seed=seed, jobs=jobs, any_values=True)
+        )
     )
     tables[6].sort(key=lambda row: row.layout.name)
     for number in (2, 3):

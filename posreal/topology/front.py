@@ -17,7 +17,9 @@ import numpy as np
 from posreal.errors import PosrealError
 from posreal.network import Network
 from posreal.network.topologies import Form, key, letters, valued
+from posreal.network.usual import at_ends
 from posreal.optimisation.caveats import reported
+from posreal.ranges import UsualRanges
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.text_table import counted
@@ -118,9 +120,17 @@ def designed(problem: Problem, settings: SearchSettings, one: Found) -> Design |
             "agreed": one.agreed,
             "seed": settings.seed,
             "at_bounds": _at_bounds(network, settings),
+            "notes": _at_usual_ends(network, problem, settings),
         },
     )
     return design if design.feasible else None
+
+
+def _at_usual_ends(network: Network, problem: Problem, settings: SearchSettings) -> list[str]:
+    """Which values stand at an end of what can be bought, and not at a bound that was given instead."""
+    usual = {} if problem.usual is None else problem.usual.by_kind
+    inside = {kind: pair for kind, pair in settings.bounds.items() if usual.get(kind) == pair}
+    return [f"{said}; --any-values lifts that" for said in at_ends(network, UsualRanges.of_kinds(inside))]
 
 
 def _at_bounds(network: Network, settings: SearchSettings) -> list[str]:

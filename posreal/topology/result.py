@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -72,6 +72,7 @@ class FrontPoint:
             "parameters": dict(self.design.parameters),
             "metrics": metrics_to_dict(self.design.metrics),
             "equivalent": [str(network) for network in self.equivalent],
+            "outside_usual": [one.to_dict() for one in (*self.design.outside, *self.design.out_of_stroke)],
             "others": [{"notation": str(o.network), "objective": o.objective} for o in self.others],
             "found": dict(self.design.found),
         }
@@ -119,6 +120,8 @@ class Search:
         The second metric, against which the objective is traded.
     found : mapping
         Seed, starts, seconds, topologies taken from a checkpoint.
+    bounds : mapping of "k", "c", "b" to (lower, upper)
+        Within which values were looked for, N/m, N s/m and kg; a kind that is missing was free.
     """
 
     problem: Problem
@@ -127,6 +130,7 @@ class Search:
     tallies: tuple[Tally, ...]
     metric: str | None
     found: Mapping[str, Any]
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         reached = f", {self.best.objective}" if self.front else ""
@@ -212,6 +216,7 @@ class Search:
             "metric": self.metric,
             "conditions": conditions(self.problem),
             "cautions": cautions(self.problem),
+            "bounds": {kind: list(pair) for kind, pair in self.bounds.items()},
             "front": [point.to_dict() for point in self.front],
             "tallies": [vars(tally) for tally in self.tallies],
             "found": dict(self.found),

@@ -56,6 +56,7 @@ def search(
     *,
     at_most: Mapping[str, int] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    any_values: bool = False,
     limits: Mapping[str, float] | None = None,
     metric: str | None = None,
     starts: int | None = None,
@@ -77,7 +78,9 @@ def search(
         The most ``springs``, ``dampers``, ``inerters``, and ``reactive`` elements (springs and inerters together): a
         network of n of these has degree n at most.
     bounds : mapping of "k", "c", "b" to (lower, upper), optional
-        In N/m, N s/m and kg, for every element of the kind. Otherwise values are free.
+        In N/m, N s/m and kg, for every element of the kind. Otherwise what can usually be bought for the place.
+    any_values : bool
+        Whether kinds without `bounds` are free instead.
     limits : mapping of metric name to value, optional
         Further metrics that may not exceed a value, in their own units.
     metric : str, optional
@@ -117,7 +120,8 @@ def search(
         starts = STARTS if is_smooth(posed) else STARTS_CONSTRAINED
     if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= 1000:
         raise BadInput(f"{starts!r} starts: give a number from 1 to 1000")
-    settings = SearchSettings(starts, seed, checked_bounds(bounds))
+    usual = {} if any_values or problem.usual is None else problem.usual.by_kind
+    settings = SearchSettings(starts, seed, {**usual, **checked_bounds(bounds)})
     require_figures(posed)
     if metric is not None:
         require_metric(posed, metric)
@@ -157,6 +161,7 @@ def search(
         front=points,
         tallies=tuple(tally(size, some, classed, found) for size, some in enumerate(every, 1)),
         metric=metric,
+        bounds=settings.bounds,
         found={
             "method": "every topology, descent on the port's response with exact gradients",
             "starts": starts,

@@ -26,6 +26,7 @@ from posreal.metric import ClosedVehicle, Metric
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
+from posreal.ranges import SECONDARY
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.side_view import SideView, seen_from_the_side, vertical_metrics, weighted
@@ -91,6 +92,8 @@ class ManchesterCoach:
                 has_default=True,
                 default_label="default (k | (c + bush))",
                 carried=self.mv / 4,
+                usual=SECONDARY,
+                travels=("deflection_overall_front", "deflection_overall_rear"),
             )
         }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from posreal.admittance import Rational
 from posreal.plant.mounting import Mounting
+from posreal.ranges import UsualRanges
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,10 @@ class Place:
         What that is called in tables.
     carried : float
         Mass that rests on one port, kg; 0 where the plant knows of none.
+    usual : UsualRanges or None
+        What can be bought for it; None where nobody has said.
+    travels : tuple of str
+        Metrics, in mm, of how far a device there moves to either side.
     """
 
     around: Mounting
@@ -41,3 +46,5 @@ class Place:
     has_default: bool = False
     default_label: str = "default"
     carried: float = 0.0
+    usual: UsualRanges | None = None
+    travels: tuple[str, ...] = ()

@@ -48,6 +48,7 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, Real
 from posreal.plant.second_order import SecondOrder
 from posreal.plant.shaping_filter import ShapingFilter
+from posreal.ranges import PRIMARY, SECONDARY
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
@@ -157,6 +158,7 @@ class PlanView:
                 has_default=True,
                 default_label="default (k | c)",
                 carried=self.mv / 2,
+                usual=SECONDARY,
             ),
             "primary": Place(
                 Mounting(beside=Rational.spring(self.Kpy), behind=None),
@@ -166,6 +168,7 @@ class PlanView:
                 has_default=True,
                 default_label="default (k | c)",
                 carried=self.mg / 4,
+                usual=PRIMARY,
             ),
         }
 

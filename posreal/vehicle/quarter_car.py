@@ -23,6 +23,7 @@ from posreal.metric import ClosedVehicle, Inertance, LargestGain, Metric, RootMe
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
+from posreal.ranges import ROAD
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
@@ -82,6 +83,7 @@ class QuarterCar:
                 roles={"static spring": "k"},
                 terminals=("body", "wheel"),
                 carried=self.ms,
+                usual=ROAD,
             )
         }
 

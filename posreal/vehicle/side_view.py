@@ -43,6 +43,7 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, Real
 from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
+from posreal.ranges import SECONDARY
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
@@ -188,6 +189,8 @@ class SideView:
                 has_default=True,
                 default_label="airspring only",
                 carried=self.mv / 2,
+                usual=SECONDARY,
+                travels=("deflection_overall_front", "deflection_overall_rear"),
             )
         }
 

@@ -64,7 +64,7 @@ def test_runners_up_are_no_smaller_networks_in_disguise(vertical):
 
 def test_tallies_add_up(vertical):
     assert [tally.topologies for tally in vertical.tallies] == [3, 6, 20, 90]
-    assert [tally.redundant for tally in vertical.tallies] == [0, 0, 6, 48]
+    assert [tally.redundant for tally in vertical.tallies] == [0, 0, 0, 0]  # within ranges each stands for itself
     assert all(tally.impossible == 0 for tally in vertical.tallies)
 
 
@@ -77,7 +77,7 @@ def test_what_left_out_topologies_would_find_is_found_anyway():
     """With bounds nothing is left out beforehand; wide ones change nothing."""
     wide = {"k": (1e-1, 1e12), "c": (1e-2, 1e10), "b": (1e-3, 1e9)}
     posed = problem("quarter-car")
-    every, fewer = search(posed, 3, bounds=wide), search(posed, 3)
+    every, fewer = search(posed, 3, bounds=wide), search(posed, 3, any_values=True)
     assert every.tallies[2].redundant == 0 < fewer.tallies[2].redundant
     assert [J for _, J in front(every)] == pytest.approx([J for _, J in front(fewer)], rel=1e-6)
     # closed forms of k | c and of k | c + b beside the static spring
@@ -95,7 +95,7 @@ def test_no_more_elements_of_a_kind_than_allowed():
 
 
 def test_lateral_comfort_keeps_its_damping():
-    found = search(problem("lateral-comfort"), 2, starts=3)
+    found = search(problem("lateral-comfort"), 2, starts=3, any_values=True)
     assert found.front[1].design.objective.value <= 0.2173  # S3
     assert all(point.design.feasible for point in found.front)
     assert found.tallies[0].impossible == 2  # a spring or an inerter alone damps nothing
@@ -172,7 +172,7 @@ def test_a_search_goes_on_from_its_checkpoint(tmp_path, vertical):
     assert path.read_bytes().startswith(before)
     assert front(again) == front(vertical)[:3]
     size = path.stat().st_size
-    assert search(problem("vertical-comfort"), 3, starts=4, seed=1, checkpoint=path).found["resumed"] == 23
+    assert search(problem("vertical-comfort"), 3, starts=4, seed=1, checkpoint=path).found["resumed"] == 29
     assert path.stat().st_size == size
 
 
