@@ -84,7 +84,16 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     BadInput
         If it cannot be read or is not TOML, with the line that is at fault.
     """
-    text = read_text(path)
+    return toml_document(read_text(path), path)
+
+
+def toml_document(text: str, path: str | Path) -> dict[str, Any]:
+    """What a TOML text says; `path` is named where it is none.
+
+    Raises
+    ------
+    BadInput
+    """
     if _DOTTED.search(text):  # each part of a key is looked up from the top again
         raise BadInput(f"{plain(path)} is not valid TOML here: it has a key of more than 32 parts")
     try:

@@ -82,6 +82,7 @@ _EXAMPLES = {
     "": ("a plain number",),
     "1": ("a plain number",),
 }
+_NAMED = ("N/m", "N*s/m", "N", "N*m/rad", "N*m*s/rad", "N*m", "N*s", "m/s", "m/s^2", "kg*m^2", "rad/s", "Pa", "W", "J")
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
@@ -116,6 +117,38 @@ def exact_quantity(text: str | float, unit: str) -> Fraction:
         raise BadInput(f"{shown(text)} is not a number with a unit; write for example {_example(unit)}.")
     number = _number(match["number"], unit)
     return _number(number * _factor(match["unit"], unit), unit) if match["unit"] else number
+
+
+def si_quantity(text: str) -> tuple[Fraction, str]:
+    """The number meant by text with any unit, in SI base units, and the name of that unit.
+
+    Examples
+    --------
+    >>> si_quantity("150 kN/m"), si_quantity("20 Hz")[1], si_quantity("3")
+    ((Fraction(150000, 1), 'N/m'), 'rad/s', (Fraction(3, 1), '1'))
+
+    Raises
+    ------
+    BadInput
+        If this is no number with a unit.
+    """
+    match = _QUANTITY.fullmatch(text) if len(text) <= exact.LONGEST_NUMBER else None
+    if match is None:
+        raise BadInput(f"{shown(text)} is not a number with a unit; write for example '2.5 kN/m'.")
+    number = _number(match["number"], "")
+    if not match["unit"]:
+        return number, "1"
+    factor, powers = _product(match["unit"], "")
+    return _number(number * factor, ""), _name_of(powers)
+
+
+def _name_of(powers: Counter[str]) -> str:
+    """A common name of the SI unit with these powers of the base units, or their product."""
+    powers = Counter({symbol: power for symbol, power in powers.items() if power})
+    for name in _NAMED:
+        if _product(name, name) == (Fraction(1), powers):
+            return name
+    return "*".join(symbol if power == 1 else f"{symbol}^{power}" for symbol, power in sorted(powers.items())) or "1"
 
 
 def engineering(value: float | Fraction, unit: str = "", digits: int = 3, ascii: bool = False) -> str:

@@ -2,10 +2,12 @@
 
     device  :=  [ ("Y" | "Z") [ "(s)" ] "=" ] sum
     sum     :=  product  { ("+" | "-") product }
-    product :=  signed   { ("*" | "/") signed  |  power that begins with "s" or "(" }
+    product :=  signed   { ("*" | "/") signed  |  power that begins with a name or "(" }
     signed  :=  ("+" | "-") signed  |  power
     power   :=  atom [ ("^" | "**") signed integer ]
-    atom    :=  number | "s" | "(" sum ")"
+    atom    :=  number | name | "(" sum ")"
+
+The one name is ``s``, besides those of parameters that a caller may know the values of.
 
 ``2s``, ``4 s`` and ``(s+1)(s+3)`` are products. ``1/2s`` is refused: to some it is 1/(2s), to others s/2. An admittance
 is F/v; ``Z = …`` is the impedance v/F, whose inverse is meant [Smith2002].
@@ -16,11 +18,12 @@ Decimals are exact, and length, nesting, degree and coefficient sizes are limite
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from posreal.admittance import exact
-from posreal.errors import BadDevice, shown
+from posreal.errors import BadDevice, hint, shown
 
 if TYPE_CHECKING:
     from posreal.admittance.rational import Rational
@@ -48,11 +51,19 @@ class _Token:
     position: int
 
 
-def read(text: str, kind: type[Rational]) -> Rational:
-    """The function that a text says, worked out in `kind`; see `Rational.parse`."""
+def read(text: str, kind: type[Rational], names: Mapping[str, Rational] | None = None) -> Rational:
+    """The function that a text says, worked out in `kind`; see `Rational.parse`.
+
+    Parameters
+    ----------
+    text : str
+    kind : type
+    names : mapping of name to Rational, optional
+        What stands in the text besides s; a name ``s`` among them takes its place.
+    """
     if len(text) > LONGEST_TEXT:
         raise BadDevice(f"This device text has {len(text)} characters; at most {LONGEST_TEXT} are read.")
-    return _Reader(text, kind).read()
+    return _Reader(text, kind, names or {}).read()
 
 
 def _tokens(text: str, position: int = 0) -> list[_Token]:
@@ -79,8 +90,9 @@ def _error(text: str, position: int, complaint: str) -> BadDevice:
 
 
 class _Reader:
-    def __init__(self, text: str, kind: type[Rational]) -> None:
+    def __init__(self, text: str, kind: type[Rational], names: Mapping[str, Rational]) -> None:
         self.text, self.kind = text, kind
+        self.names = {"s": kind([0, 1]), **names}
         self.head = HEAD.match(text)
         self.tokens = _tokens(text, 0 if self.head is None else self.head.end())
         self.next = 0
@@ -134,7 +146,7 @@ class _Reader:
 
     def implied(self) -> str | None:
         """Whether a factor follows without a mark: ``2s``, ``(s+1)(s+3)``."""
-        follows = (self.here.kind, self.here.text) in (("name", "s"), ("mark", "("))
+        follows = self.here.text == "(" or (self.here.kind == "name" and self.here.text in self.names)
         return "implied" if follows else None
 
     def signed(self) -> Rational:
@@ -173,11 +185,12 @@ class _Reader:
         if token.kind == "number":
             self.next += 1
             return self.kind([exact.to_fmpq(token.text)])
-        if token.kind == "name" and token.text == "s":
+        if token.kind == "name" and token.text in self.names:
             self.next += 1
-            return self.kind([0, 1])
+            return self.names[token.text]
         if token.kind == "name":
-            raise self.error(f"{shown(token.text)} is not known; the only variable is s")
+            known = "the only variable is s" if len(self.names) == 1 else hint(token.text, self.names)
+            raise self.error(f"{shown(token.text)} is not known; {known}")
         if self.accept("("):
             value = self.sum()
             if not self.accept(")"):

@@ -15,7 +15,7 @@ from posreal.bounds.interpolation_space import Point
 from posreal.errors import plain
 from posreal.files import write_whole
 from posreal.specification.conditions import in_words
-from posreal.specification.named import problem
+from posreal.specification.named import is_named, problem
 from posreal.specification.problem import Problem
 from posreal.vehicle import described as described_parameters
 from posreal.vehicle import parameters
@@ -66,7 +66,7 @@ def save(bound: Bound, path: str | Path) -> None:
 
 def _about_out(bound: Bound) -> dict[str, Any]:
     subject = bound.problem
-    stored = subject is None or not parameters(subject.vehicle)
+    stored = subject is None or not is_named(subject)
     return _plant_out(bound.figure) if subject is None or stored else _problem_out(subject, bound.weights)
 
 
@@ -133,7 +133,7 @@ def described(bound: Bound) -> list[str]:
         f"figure: {plain(about.metric, 80)} [{plain(about.unit, 20)}] is "
         + _COMBINED[about.combine].format(", ".join(parts))
     ]
-    if bound.problem is not None and parameters(bound.problem.vehicle):
+    if bound.problem is not None and is_named(bound.problem):
         said.append(_vehicle_in_words(bound.problem))
         said.append(f"conditions: {in_words(bound.problem, whole_band=True)}")
     else:

@@ -168,7 +168,8 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Boun
     """
     known = _outputs(problem)
     mounting, base = problem.mounting, problem.base_objective
-    if weights is None and problem.goal is None and not base.startswith("gain_"):
+    gain = problem.gain_output(base)
+    if weights is None and problem.goal is None and gain is None:
         _known(base, known)
     if problem.free:
         raise BadInput(
@@ -183,7 +184,7 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Boun
         units = {known[name][1] for name in weights}
         return BoundedFigure(plant, mounting, squares, name, units.pop() if len(weights) == 1 else "1")
     if problem.goal is not None:
-        if problem.goal.kind == "worst" or any(part.startswith("gain_") for part in parts):
+        if problem.goal.kind == "worst" or any(problem.gain_output(part) for part in parts):
             names = listed(parts)
             whose = "is a bound on the worst" if problem.goal.kind == "worst" else "times its weight is one on the sum"
             raise BadInput(f"{base} has no bound of its own; bound one of its parts, {names}: each {whose}")
@@ -191,8 +192,8 @@ def figure(problem: Problem, weights: Mapping[str, float] | None = None) -> Boun
         units = {known[part][1] for part in parts}
         combine = SQUARES if problem.goal.kind == "norm" else SUM
         return BoundedFigure(plant, mounting, squares, base, units.pop() if len(units) == 1 else "1", combine)
-    if base.startswith("gain_"):
-        return BoundedFigure(plant, mounting, {base.removeprefix("gain_"): fmpq(1)}, base, "1", PEAK)
+    if gain is not None:
+        return BoundedFigure(plant, mounting, {gain: fmpq(1)}, base, "1", PEAK)
     output, unit, scale = _known(base, known)
     return BoundedFigure(plant, mounting, {output: scale}, base, unit)
 

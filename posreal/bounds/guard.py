@@ -24,6 +24,7 @@ from posreal.specification.constraint import ROUNDING
 from posreal.specification.design import Design
 from posreal.specification.goal import Goal
 from posreal.specification.problem import Problem, Vehicle
+from posreal.vehicle import gain_output
 
 _POINTS = {"quarter-car": (16, 20.0), "side-view": (8, 10.0), "plan-view": (10, 10.0)}
 """Order of the truncated series and its expansion point (rad/s) for a bound that is quick rather than tight."""
@@ -74,9 +75,11 @@ def held(design: Design) -> Mounting:
 def _figures(problem: Problem) -> list[tuple[str, Goal | None]]:
     """What has a bound: the objective, or its parts one by one."""
     goal, objective = problem.goal, problem.base_objective
-    if goal is not None and (goal.kind == "worst" or any(name.startswith("gain_") for name, _ in goal.parts)):
+    if goal is not None and (goal.kind == "worst" or any(problem.gain_output(name) for name, _ in goal.parts)):
         return [(name, None) for name, _ in goal.parts]
-    return [("Macc" if objective == "max_yv" else objective, goal)]
+    metric = problem.vehicle.metrics.get(objective)
+    is_peak = goal is None and metric is not None and metric.norm() is None
+    return [(problem.vehicle.ride if is_peak else objective, goal)]
 
 
 @lru_cache(maxsize=64)
@@ -86,7 +89,7 @@ def _floor(vehicle: Vehicle, metric: str, goal: Goal | None, mounting: Mounting)
         order, place = _POINTS[vehicle.name]
     else:
         plant = vehicle.plant(vehicle.random)
-        if len(plant.A) > _LARGEST or len(plant.groups) > 1 or metric.startswith("gain_"):
+        if len(plant.A) > _LARGEST or len(plant.groups) > 1 or gain_output(vehicle, metric):
             return None
         order, place = _ORDER, hinf_norm.middle(plant)
     try:

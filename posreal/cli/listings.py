@@ -42,7 +42,7 @@ def problems(as_json: AsJson = False) -> None:
 
 
 def vehicle(
-    name: Annotated[str, typer.Argument(help="A vehicle, or a problem for its vehicle.")],
+    name: Annotated[str, typer.Argument(help="A vehicle, a problem for its vehicle, or a TOML file.")],
     file: VehicleFile = None,
     as_json: AsJson = False,
 ) -> None:

@@ -13,7 +13,12 @@ from posreal.errors import BadInput, plain, shown
 if TYPE_CHECKING:
     from posreal.specification.problem import Problem
 
-ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="A problem's name; see `posreal problems`.")]
+ProblemName = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM", help="A problem's name; see `posreal problems`. Or a TOML file with a model of one's own."
+    ),
+]
 DeviceWords = Annotated[
     list[str],
     typer.Argument(

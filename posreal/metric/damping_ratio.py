@@ -22,7 +22,7 @@ BETWEEN = 1e-4  # of the least damping over the list of speeds: a lower one betw
 
 @dataclass(frozen=True)
 class LeastDamping:
-    """The least damped mode: its damping `ratio`, `speed` (m/s) and natural `frequency` (Hz)."""
+    """The least damped mode: its damping `ratio`, `speed` (m/s, 0 where there is none) and natural `frequency` (Hz)."""
 
     ratio: float
     speed: float
@@ -37,7 +37,8 @@ class LeastDamping:
         """
         if self.ratio <= 0:
             raise Infeasible(
-                f"the vehicle is not stable with this device: at {self.speed:g} m/s a mode of {self.frequency:.3g} Hz "
+                f"the vehicle is not stable with this device: "
+                f"{'' if self.speed == 0 else f'at {self.speed:g} m/s '}a mode of {self.frequency:.3g} Hz "
                 f"has damping ratio {self.ratio:.3g}"
             )
 
@@ -90,7 +91,7 @@ class DampingRatio:
             "the least damping ratio",
             (lambda: mode.ratio, lambda: exact_loop.least_damping(plant.plant, plant.devices)),
         )
-        at = f"at {mode.speed:g} m/s, {mode.frequency:.3g} Hz"
+        at = f"at {'' if mode.speed == 0 else f'{mode.speed:g} m/s, '}{mode.frequency:.3g} Hz"
         if between.ratio < mode.ratio * (1 - BETWEEN):
             at += f"; between the speeds it falls to {100 * between.ratio:.6g} at {between.speed:.6g} m/s"
         return measured(ratio, self.unit, at, factor=100)

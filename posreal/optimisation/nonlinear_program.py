@@ -64,7 +64,9 @@ class Judge:
         """The objective where it is one mean square of one vehicle."""
         problem = self.problem
         made = (problem.goal is not None and problem.goal.kind != "norm") or problem.points
-        if made or problem.objective == "max_yv" or problem.objective.startswith("gain_"):
+        metric = problem.vehicle.metrics.get(problem.objective)
+        norm = None if metric is None else metric.norm()
+        if made or (metric is not None and (norm is None or norm.kind != "H2")):
             return None
         return Criterion(problem, self.scale, light=self.light)
 

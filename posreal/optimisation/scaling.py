@@ -75,8 +75,8 @@ def _ride(problem: Problem) -> Problem:
     if problem.goal is not None and problem.goal.kind == "norm":
         return replace(problem, objective=problem.goal.name, points=())
     name = problem.goal.parts[0][0] if problem.goal is not None else problem.base_objective
-    if name.startswith("gain_"):
-        output = name.removeprefix("gain_")
+    output = problem.gain_output(name)
+    if output is not None:
         name = next((one for one, norm in norms(problem.vehicle, "H2") if norm.output == output), problem.vehicle.ride)
     return replace(problem, objective=name, goal=None, points=())
 

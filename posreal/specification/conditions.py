@@ -83,7 +83,8 @@ def conditions(problem: Problem) -> dict[str, Any]:
     speeds = {norm.speed for norm in norms if norm.speed is not None}
     ends = {norm.stop / (2 * math.pi) for norm in norms}
     found: dict[str, Any] = {}
-    found["speed"] = max(speeds, default=vehicle.V)
+    if speeds or vehicle.V > 0:  # a structure has none
+        found["speed"] = max(speeds, default=vehicle.V)
     found["weighting"] = "none" if vehicle.weighting is None else vehicle.weighting.name
     if ends:
         (end,) = ends if len(ends) == 1 else (math.nan,)
@@ -96,7 +97,7 @@ def in_words(problem: Problem, *, whole_band: bool = False) -> str:
     found = conditions(problem)
     if not found:
         return ""
-    said = [f"at {found['speed']:.6g} m/s"]
+    said = [f"at {found['speed']:.6g} m/s"] if "speed" in found else []
     weighting = found["weighting"]
     said.append("unweighted" if weighting == "none" else f"weighted by {weighting}")
     band = found.get("band")

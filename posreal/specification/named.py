@@ -5,17 +5,18 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from posreal.errors import BadInput, hint, listed, shown
-from posreal.metric import Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
+from posreal.metric import DampingRatio, Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.specification.conditions import cut, in_weighting
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.problem import WORST_CASE, Problem
+from posreal.specification.problem_file import is_problem_file, read_problem, read_vehicle
 from posreal.vehicle import (
     PlanView,
     QuarterCar,
@@ -115,7 +116,7 @@ def problem(
     ----------
     name : str
         ``lateral-comfort``, ``lateral-comfort-primary``, ``lateral-gauging``, ``lateral-gauging-primary``,
-        ``vertical-comfort`` or ``quarter-car``.
+        ``vertical-comfort`` or ``quarter-car``; or a file with a model of one's own, ``mine.toml``, ``mine.toml:NAME``.
     position : {"L", "M", "T", "worst"}, optional
         Where ride is measured in ``vertical-comfort`` (T by default); ``worst`` minimises the worst of the three.
     objective : str, optional
@@ -151,9 +152,7 @@ def problem(
     BadInput
         For an unknown name, an option that the problem does not have, or a bad parameter.
     """
-    if name not in _PROBLEMS:
-        raise BadInput(f"unknown problem {shown(name)}; {hint(name, _PROBLEMS)}")
-    chosen = _PROBLEMS[name]
+    chosen = _of_file(name) if is_problem_file(name) else _named(name)
     if position is not None:
         rides = {point: f"J1z_{point}" for point in "LMT"}
         fits = set(rides.values()) <= set(chosen.vehicle.metrics)
@@ -178,7 +177,7 @@ def problem(
             raise BadInput("vehicle and vehicle_file are both files of parameters; give one")
         vehicle_file, vehicle = vehicle, None
     if vehicle_file is not None:
-        model = from_file(model, vehicle_file, model.name, tuple(kind.name for kind in VEHICLES))
+        model = from_file(model, vehicle_file, model.name, (*(kind.name for kind in VEHICLES), model.name))
     if vehicle:
         model = override(model, vehicle)
     if stiffness is not None:
@@ -197,6 +196,31 @@ def problem(
     if limits:
         chosen = limited(chosen, limits)
     return over_points(chosen, worst_case) if worst_case else chosen
+
+
+def _named(name: str) -> Problem:
+    if name not in _PROBLEMS:
+        raise BadInput(f"unknown problem {shown(name)}; {hint(name, [*_PROBLEMS, 'a path ending in .toml'])}")
+    return _PROBLEMS[name]
+
+
+def _of_file(text: str) -> Problem:
+    """The problem of a file of the user's; its errors name the line."""
+    asked = read_problem(text)
+    made = Problem(asked.name, asked.summary, cast(Vehicle, asked.vehicle), asked.minimise, asked.keep)
+    try:
+        made = minimising(made, asked.minimise)
+    except BadInput as error:
+        raise asked.wrong("minimise", error) from None
+    try:
+        return limited(made, asked.limits)
+    except BadInput as error:
+        raise asked.wrong("limits", error) from None
+
+
+def is_named(problem: Problem) -> bool:
+    """Whether a name and values of parameters say all of a problem's vehicle: not of one from a file."""
+    return problem.name in _PROBLEMS and bool(parameters(problem.vehicle))
 
 
 def as_problem(given: Problem | str) -> Problem:
@@ -222,11 +246,16 @@ def vehicle(name: str, file: Any = None) -> Vehicle:
     BadInput
         For an unknown name, or a bad file.
     """
-    models = {kind.name: kind() for kind in VEHICLES}
-    if name not in models and name not in _PROBLEMS:
-        raise BadInput(f"unknown vehicle {shown(name)}; {hint(name, [*models, *_PROBLEMS])}")
-    model = models[name] if name in models else _PROBLEMS[name].vehicle
-    return model if file is None else from_file(model, file, model.name, tuple(models))
+    models: dict[str, Vehicle] = {kind.name: kind() for kind in VEHICLES}
+    if is_problem_file(name):
+        model = cast(Vehicle, read_vehicle(name))
+    elif name in models:
+        model = models[name]
+    elif name in _PROBLEMS:
+        model = _PROBLEMS[name].vehicle
+    else:
+        raise BadInput(f"unknown vehicle {shown(name)}; {hint(name, [*models, *_PROBLEMS, 'a path ending in .toml'])}")
+    return model if file is None else from_file(model, file, model.name, (*models, model.name))
 
 
 def _ranges(given: Any, usual: UsualRanges | None) -> UsualRanges:
@@ -265,7 +294,9 @@ def minimising(problem: Problem, objective: str) -> Problem:
 
 
 def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
-    """The problem with upper limits on metrics, in their units, on top of its own constraints.
+    """The problem with limits on metrics, in their units, on top of its own constraints.
+
+    They are upper ones, and lower ones of a metric that is better for being more.
 
     Raises
     ------
@@ -282,7 +313,9 @@ def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
 
 
 def _has_figure(metric: Metric) -> bool:
-    """Whether a search can keep a metric below a limit."""
+    """Whether a search can keep a metric below a limit, a damping ratio above one."""
+    if isinstance(metric, DampingRatio):
+        return True
     if metric.better != "less":
         return False
     return metric.norm() is not None or isinstance(metric, PeakInTime | StaticStiffness | Inertance | WeightedSum)

@@ -27,7 +27,7 @@ from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
 from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
 from posreal.text_table import html
-from posreal.vehicle import Place, Vehicle, measure, override, parameters
+from posreal.vehicle import Place, Vehicle, gain_output, measure, override, parameters
 
 WORST_CASE = "worst-case "  # begins the objective's name where it is the worst over several operating points
 
@@ -49,10 +49,11 @@ class Problem:
     free : mapping of vehicle parameter to Range
         Vehicle parameters that the designer may choose too.
     at_most : mapping of metric to float
-        Upper limits on metrics, in their units. Besides the vehicle's metrics, ``gain_OUTPUT`` (largest gain over all
-        frequencies) and ``J1z_T_whole`` (ride not ending at 20 Hz) may be limited and minimised, and ``inertance``
-        limited: lim Y/s of the whole port at high frequency (kg). That is not the sum of the inerters in a network of
-        the device: one behind a spring or a damper does not show in it.
+        Limits on metrics, in their units: upper ones, and lower ones where more is better (a damping ratio). Besides
+        the vehicle's metrics, ``gain_OUTPUT`` (largest gain over all frequencies) and ``J1z_T_whole`` (ride not ending
+        at 20 Hz) may be limited and minimised, and ``inertance`` limited: lim Y/s of the whole port at high frequency
+        (kg). That is not the sum of the inerters in a network of the device: one behind a spring or a damper does not
+        show in it.
     goal : Goal or None
         What the objective is made of, where it is not a metric of the vehicle.
     points : tuple of mappings of vehicle parameter to value
@@ -99,8 +100,10 @@ class Problem:
 
     def _described(self) -> list[tuple[str, str]]:
         limits = [f"{name} no worse than the default's" for name in self.keep]
+        bounds = {"<=": "at most", ">=": "at least"}
         limits += [
-            f"{name} at most {value:g} {self.vehicle.metrics[name].unit}" for name, value in self.at_most.items()
+            f"{name} {bounds[self._sense(name)]} {value:g} {self.vehicle.metrics[name].unit}"
+            for name, value in self.at_most.items()
         ]
         values = ", ".join(f"{name} = {value:g}" for name, value in parameters(self.vehicle).items())
         said = {
@@ -273,6 +276,10 @@ class Problem:
         norms = [self.vehicle.metrics[name].norm() for name in parts]
         return all(norm is not None and math.isinf(norm.stop) for norm in norms)
 
+    def gain_output(self, metric: str) -> str | None:
+        """The output whose largest gain a metric is; None if it is none."""
+        return gain_output(self.vehicle, metric)
+
     @cached_property
     def at_points(self) -> dict[str, Problem]:
         """The same problem at each of the operating points alone, by the point's name, such as ``Crz=40000``."""
@@ -311,15 +318,18 @@ class Problem:
         found: list[Constraint] = []
         if self.keep and self.default_metrics is not None:
             found = [
-                Constraint(name, ">=" if name == "Ldmp" else "<=", self.default_metrics[name].value, "the default's")
+                Constraint(name, self._sense(name), self.default_metrics[name].value, "the default's")
                 for name in self.keep
             ]
-        found += [Constraint(name, "<=", value, "a limit") for name, value in self.at_most.items()]
+        found += [Constraint(name, self._sense(name), value, "a limit") for name, value in self.at_most.items()]
         for name, point in self.at_points.items():
             found += [
                 dataclasses.replace(one, metric=f"{one.metric} at {name}", point=name) for one in point.constraints
             ]
         return tuple(found)
+
+    def _sense(self, metric: str) -> str:
+        return ">=" if self.vehicle.metrics[metric].better == "more" else "<="
 
     def violated(self, metrics: Mapping[str, Measured], *, tolerance: float = ROUNDING) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""

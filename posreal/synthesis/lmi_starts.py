@@ -138,7 +138,7 @@ def goals_of(problem: Problem, scale: Scale) -> path_following.Goals:
         plant = generalised_plant(point, scale, metric)
         figure = figure_of(point, metric, scale)
         assert isinstance(figure, PortFigure | PeakGain)
-        return LinearisedNorm(plant, metric.startswith("gain_"), figure)
+        return LinearisedNorm(plant, point.gain_output(metric) is not None, figure)
 
     sums: list[tuple[tuple[float, LinearisedNorm], ...]] = []
     for point in (present, *present.at_points.values()):

@@ -25,7 +25,7 @@ from posreal.network.topologies import Form, key, letters, topologies
 from posreal.numerics.parallel import Workers, workers
 from posreal.numerics.threads import one_thread
 from posreal.specification.conditions import conditions
-from posreal.specification.named import as_problem, limited
+from posreal.specification.named import as_problem, is_named, limited
 from posreal.specification.problem import Problem
 from posreal.topology.checkpoint import Checkpoint, fingerprint, number
 from posreal.topology.constrained import require_figures
@@ -237,8 +237,8 @@ def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
 def _parameters(problem: Problem) -> dict[str, Any]:
     """Everything that makes the vehicle what it is, JSON-able."""
     vehicle = problem.vehicle
-    if values := parameters(vehicle):
-        return values
+    if is_named(problem):
+        return parameters(vehicle)
     around, plant = problem.mounting, problem.plant
     matrices = {field.name: getattr(plant, field.name) for field in dataclasses.fields(plant) if field.init}
     return {name: np.asarray(part).tolist() for name, part in matrices.items() if part is not None} | {

@@ -7,7 +7,7 @@ from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
 from posreal.vehicle.user_plant import UserPlant
-from posreal.vehicle.vehicle import Vehicle, measure
+from posreal.vehicle.vehicle import Vehicle, gain_output, measure
 
 __all__ = [
     "ClosedLoop",
@@ -22,6 +22,7 @@ __all__ = [
     "close",
     "described",
     "from_file",
+    "gain_output",
     "measure",
     "override",
     "parameters",

@@ -125,6 +125,7 @@ def seen_from(vehicle: Vehicle, place: str) -> Vehicle:
     BadInput
         If it has no such place.
     """
+    place = getattr(vehicle, "called", {}).get(place, place)
     if place not in vehicle.places:
         raise BadInput(f"the {vehicle.name} vehicle has no place {shown(place)}; it has {listed(vehicle.places)}")
     return vehicle if place == FIRST else cast(Vehicle, SeenFrom(vehicle, place))

@@ -25,7 +25,7 @@ from posreal.vehicle.weighting import Weighting
 
 _COLUMNS = 5  # outputs that have a column where designs stand side by side
 _LOOKS = 500  # frequencies at which the ports are looked at
-_EDGE = 1e-14  # of the fastest pole: a mode that slow is a port that is locked or left open
+EDGE = 1e-14  # of the fastest pole: a mode that slow is a port that is locked or left open
 _GROWS = 1e-9  # of the ports' size: what rounding may make of a passive one
 
 
@@ -90,10 +90,7 @@ class UserPlant:
 
     @cached_property
     def _passive(self) -> bool:
-        if np.linalg.eigvals(self.shaken.A).real.max() > _GROWS:
-            return False
-        P = self.shaken.responses(hinf_norm.grid(self.shaken, _LOOKS), self.shaken.outputs[0]).Pvf
-        return bool(np.linalg.eigvalsh(P + P.conj().transpose(0, 2, 1)).min() >= -_GROWS * np.abs(P).max())
+        return ports_are_passive(self.shaken)
 
     @property
     def places(self) -> Mapping[str, Place]:
@@ -120,4 +117,12 @@ class UserPlant:
 
     def require_stable(self, closed: ClosedVehicle) -> None:
         """Every mode that an output sees decays."""
-        closed.on("load").require_stable("the plant", share=_EDGE)
+        closed.on("load").require_stable("the plant", share=EDGE)
+
+
+def ports_are_passive(plant: Plant) -> bool:
+    """Whether an open plant is stable and takes energy out of its ports, on a grid of its own frequencies."""
+    if np.linalg.eigvals(plant.A).real.max() > _GROWS:
+        return False
+    P = plant.responses(hinf_norm.grid(plant, _LOOKS), plant.outputs[0]).Pvf
+    return bool(np.linalg.eigvalsh(P + P.conj().transpose(0, 2, 1)).min() >= -_GROWS * np.abs(P).max())

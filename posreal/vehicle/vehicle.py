@@ -126,6 +126,12 @@ def measure(
     return {name: closed.value(metric) for name, metric in chosen(vehicle, (*vehicle.headline, *more)).items()}
 
 
+def gain_output(vehicle: Vehicle, metric: str) -> str | None:
+    """The output whose largest gain a metric of a vehicle is; None if it is none."""
+    norm = vehicle.metrics[metric].norm() if metric in vehicle.metrics else None
+    return norm.output if norm is not None and norm.kind == "H∞" else None
+
+
 def chosen(vehicle: Vehicle, names: Iterable[str]) -> dict[str, Metric]:
     """Metrics of a vehicle by name.
 
