@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any, TypeVar
 
-from flint import acb, arb, ctx, fmpq, fmpq_poly, fmpz
+from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq, fmpq_poly, fmpz
 
 T = TypeVar("T")
 Ball = TypeVar("Ball", arb, acb)
@@ -119,10 +119,7 @@ def is_hurwitz(p: fmpq_poly) -> bool:
 
 def value(p: fmpq_poly, x: Ball) -> Ball:
     """p(x) for a real or a complex ball."""
-    total = type(x)(0)
-    for c in reversed(p.coeffs()):
-        total = total * x + type(x)(c)
-    return total
+    return acb_poly(p)(x) if isinstance(x, acb) else arb_poly(p)(x)
 
 
 def lower_end(ball: arb) -> fmpq:

@@ -142,12 +142,14 @@ class Transfer:
         for pole in self.poles():
             at = acb(0)
             for weight, driven in zip(self.weights, self.numerators, strict=True):
-                for i, (top, early) in enumerate(driven):
-                    for k, (other, late) in enumerate(driven):
+                here = [roots.value(top, pole) for top, _ in driven]
+                there = [roots.value(top, -pole) for top, _ in driven]
+                for i, (_, early) in enumerate(driven):
+                    for k, (_, late) in enumerate(driven):
                         if late < early or (late == early and k < i):
                             continue
                         ahead = (pole * acb(exact.to_fmpq(late) - exact.to_fmpq(early))).exp()
-                        term = roots.value(top, pole) * roots.value(exact.at_minus_s(other), pole) * ahead
+                        term = here[i] * there[k] * ahead
                         at += acb(exact.to_fmpq(weight)) * (term if i == k else 2 * term)
             total += at / (roots.value(slope, pole) * roots.value(mirrored, pole))
         return arb.pi() * total.real

@@ -15,6 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from typing import Any
 
 from scipy.linalg import expm, solve_continuous_lyapunov
 
@@ -41,12 +42,15 @@ def mean_square(loop: ClosedLoop, output: str) -> float:
             Q = solve_continuous_lyapunov(loop.A.T, -C.T @ C)
         except RuntimeWarning:
             raise ArithmeticError("the Lyapunov equation is singular to rounding") from None
-    total = 0.0
+    total, later = 0.0, dict[float, Any]()
     for share, driven in zip(loop.shares, channels(loop), strict=True):
         for i, k in itertools.product(driven, driven):
             early, late = loop.delays[i], loop.delays[k]
             if late < early or (late == early and k < i):
                 continue
-            term = float(loop.B[:, k] @ Q @ expm(loop.A * (late - early)) @ loop.B[:, i])
+            lag = float(f"{late - early:.15g}")  # what two pairs share but for rounding
+            if lag not in later:
+                later[lag] = expm(loop.A * lag)
+            term = float(loop.B[:, k] @ Q @ later[lag] @ loop.B[:, i])
             total += share * (term if i == k else 2 * term)
     return math.pi * loop.density * total
