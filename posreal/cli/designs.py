@@ -12,6 +12,7 @@ from posreal.cli.options import (
     Ascii,
     AsJson,
     At,
+    BandOnly,
     CutOff,
     DeviceWords,
     ElementTolerance,
@@ -135,6 +136,7 @@ def optimise(
     stiffness: Stiffness = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
+    band_only: BandOnly = False,
     sweep: Sweep = None,
     starts: Starts = 6,
     seed: Seed = 0,
@@ -161,6 +163,7 @@ def optimise(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        band_only=band_only,
     )
     over = read_ranges(question, sweep or [])
     asked = made_robust(question, robust, elements, of_vehicle)
@@ -211,6 +214,7 @@ def synthesise(
     stiffness: Stiffness = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
+    band_only: BandOnly = False,
     sweep: Sweep = None,
     starts: Annotated[int | None, typer.Option(min=1, max=10_000, help="Local searches.")] = None,
     seed: Seed = 0,
@@ -239,6 +243,7 @@ def synthesise(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        band_only=band_only,
     )
     over = read_ranges(question, sweep or [])
     asked = made_robust(question, robust, elements, of_vehicle)
@@ -308,6 +313,7 @@ def compare(
     stiffness: Stiffness = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
+    band_only: BandOnly = False,
     seed: Seed = 0,
     jobs: Jobs = 1,
     as_json: AsJson = False,
@@ -329,6 +335,7 @@ def compare(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        band_only=band_only,
     )
     if plot is not None:
         require_writable(plot, FORMATS)

@@ -85,6 +85,15 @@ WorstCase = Annotated[
     ),
 ]
 
+BandOnly = Annotated[
+    bool,
+    typer.Option(
+        "--band-only",
+        help="Allow a device that is worse than the default suspension over all frequencies, where the objective ends "
+        "at 20 Hz.",
+    ),
+]
+
 At = Annotated[str | None, typer.Option("--at", metavar="PLACE", help="Where the device goes, such as primary.")]
 Sweep = Annotated[
     list[str] | None,
@@ -136,6 +145,7 @@ def posed(
     weighting: str | None = None,
     cut_off: str | None = None,
     ranges: Path | None = None,
+    band_only: bool = False,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.specification.named import problem
@@ -155,6 +165,7 @@ def posed(
         weighting=weighting,
         cut_off=end,
         ranges=ranges,
+        band_only=band_only,
     )
 
 

@@ -132,12 +132,8 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         ]
         if tuned:
             print("  vehicle: " + ", ".join(tuned))
-    rows = []
-    for name, metric in design.metrics.items():
-        gain = design.improvement(name) if _improves(design.problem, name) else None
-        rows.append([name, f"{metric.value:#.6g}", metric.unit, "" if gain is None else f"{gain:+.2f} %", metric.at])
-    print()
-    print(table(["metric", "value", "unit", "better", ""], rows, "lrlrl"))
+    header, rows = _figures(design)
+    print(f"\n{table(header, rows, 'lrlrrrl' if 'all frequencies' in header else 'lrlrl')}")
     for constraint in design.problem.constraints:
         print(f"  {constraint}: {constraint.verdict(design.metrics)}")
     how = [_finding(key, value) for key, value in design.found.items() if key != "notes" and value not in ([], ())]
@@ -147,6 +143,25 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print(f"  note: {note}")
     if usual and design.usual_sentence:
         print(f"  {design.usual_sentence}")
+
+
+def _figures(design: Design) -> tuple[list[str], list[list[str]]]:
+    """A row a metric; where some end at 20 Hz, what they are over all frequencies stands beside them."""
+    from posreal.vehicle import whole_band_twin
+
+    def value(name: str) -> list[str]:
+        gain = design.improvement(name) if _improves(design.problem, name) else None
+        return [f"{design.metrics[name].value:#.6g}", "" if gain is None else f"{gain:+.2f} %"]
+
+    beside = {name: whole_band_twin(design.problem.vehicle, name) for name in design.metrics}
+    twins = {name: twin for name, twin in beside.items() if twin in design.metrics}
+    rows = []
+    for name, metric in design.metrics.items():
+        if name not in twins.values():
+            short, gain = value(name)
+            whole = value(twins[name] or "") if name in twins else ["", ""]
+            rows.append([name, short, metric.unit, gain, *(whole if twins else []), metric.at])
+    return ["metric", "value", "unit", "better", *(["all frequencies", "better"] if twins else []), ""], rows
 
 
 def _improves(problem: Problem, name: str) -> bool:

@@ -12,6 +12,7 @@ from posreal.cli.options import (
     AnyValues,
     Ascii,
     AsJson,
+    BandOnly,
     CutOff,
     ElementTolerance,
     Jobs,
@@ -63,6 +64,7 @@ def search(
     stiffness: Stiffness = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
+    band_only: BandOnly = False,
     worst_case: WorstCase = None,
     robust: Robust = False,
     of_elements: ElementTolerance = None,
@@ -98,6 +100,7 @@ def search(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        band_only=band_only,
     )
     asked = made_robust(question, robust, of_elements, of_vehicle)
     if plot is not None:

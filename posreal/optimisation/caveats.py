@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from posreal.admittance import Rational
 from posreal.bounds.guard import guarded
-from posreal.metric import ClosedVehicle
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
-from posreal.vehicle import Vehicle
+from posreal.vehicle import whole_band_twin
 
 _RINGS = 1.1  # times the figure to 20 Hz; the airspring alone has 1.003 over the trailing bogie, layout S5 1.04
 _ROUNDING = 1e-6  # of a figure: worse by no more than that is not worse
@@ -39,17 +37,18 @@ def caveats(design: Design) -> list[str]:
 
 def _ringing(design: Design) -> list[str]:
     problem = design.problem
-    metric, twin = problem.base_objective, f"{problem.base_objective}_whole"
-    if twin not in problem.vehicle.metrics or problem.goal is not None:
+    metric = problem.base_objective
+    twin = whole_band_twin(problem.vehicle, metric)
+    if twin is None or problem.goal is not None:
         return []
-    whole, said = _value(problem.vehicle, design.port, twin), []
+    whole, said = design.metrics[twin].value, []
     if whole >= _RINGS * design.metrics[metric].value:
         said.append(
-            f"{metric} ends at {_end(problem)}; over all frequencies it is {whole:.6g} %g, because this device rings "
-            f"above: --objective whole-band minimises that instead, --limit {twin}=… keeps it low"
+            f"{metric} ends at {_end(problem)}; over all frequencies it is {whole:.6g} {design.metrics[twin].unit}, "
+            f"because this device rings above: --objective whole-band minimises that instead, "
+            f"--limit {twin}=… keeps it low"
         )
-    before, port = problem.original.vehicle, problem.original.default_port
-    lost = 0.0 if port is None else 100 * (whole / _value(before, port, twin) - 1)
+    lost = -(problem.improvement(design.metrics, twin) or 0.0)
     if lost > 100 * _ROUNDING:
         said.append(f"over all frequencies {metric} is {_worse(lost)}")
     return said
@@ -58,10 +57,6 @@ def _ringing(design: Design) -> list[str]:
 def _end(problem: Problem) -> str:
     norm = problem.vehicle.metrics[problem.base_objective].norm()
     return "" if norm is None else f"{norm.stop / (2 * math.pi):g} Hz"
-
-
-def _value(vehicle: Vehicle, port: Rational, metric: str) -> float:
-    return vehicle.metrics[metric].measure(ClosedVehicle(vehicle, {"secondary": port})).value
 
 
 def _worse(percent: float) -> str:

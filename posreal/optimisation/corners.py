@@ -84,12 +84,13 @@ class Corners:
         free: tuple[str, ...],
     ) -> None:
         assert problem.tolerances is not None
-        if not problem.constraints:
+        kept = tuple(one for one in problem.constraints if not one.nominal)
+        if not kept:
             raise BadInput(
                 f"{problem.name} has no constraint that tolerances could break; limit a metric, such as "
                 "--limit static_stiffness=3e5, or look at the spread with posreal tolerance"
             )
-        self.constraints, self.points, self.elements, self.free = problem.constraints, points, elements, free
+        self.constraints, self.points, self.elements, self.free = kept, points, elements, free
         roles = {NAMES[role]: name for role, name in problem.roles.items()}  # springs that a topology's strut has
         whole = not set(roles) & set(layout.network.names)
         of_vehicle = problem.tolerances.of_vehicle(problem, whole=whole)

@@ -21,6 +21,7 @@ from joblib import Parallel, delayed
 from posreal.errors import Infeasible, PosrealError
 from posreal.network.usual import at_ends
 from posreal.numerics.threads import one_thread
+from posreal.optimisation.both_bands import in_both_bands
 from posreal.optimisation.caveats import reported
 from posreal.optimisation.element_search import ElementSearch, Point, best_settled, distinct
 from posreal.optimisation.mean_square import has_light_modes
@@ -107,6 +108,20 @@ def _best(
 ) -> Design:
     """The best found within a layout's bounds, started from `known` values besides."""
     began = time.perf_counter()
+    found = in_both_bands(problem, lambda posed: _in_one(posed, layout, starts, seed, jobs, progress, known))
+    return replace(found, found={**found.found, "seconds": round(time.perf_counter() - began, 2)})
+
+
+def _in_one(
+    problem: Problem,
+    layout: Layout,
+    starts: int,
+    seed: int,
+    jobs: int,
+    progress: Callable[[str], None] | None,
+    known: Mapping[str, float] | None,
+) -> Design:
+    """The same, whatever the figure does beyond where it ends, unless that is a constraint."""
     search = ElementSearch(problem, layout)
     default = search.default()
     points = [*search.screened(starts, np.random.default_rng(seed)), *default]
@@ -144,7 +159,6 @@ def _best(
         "starts": len(points),
         "agreed": agreed,
         "seed": seed,
-        "seconds": round(time.perf_counter() - began, 2),
         "at_bounds": _at_bounds(search, design.parameters),
     }
     return replace(design, found=found)
@@ -194,9 +208,18 @@ def improve(
     Design or None
         Measured by the problem's own metrics; None if the search found nothing that can be measured.
     """
-    search = ElementSearch(problem, layout)
-    end, _ = search.settled(search.point(values, vehicle))
-    return None if end is None else measured(search, end.point)
+
+    def found(posed: Problem) -> Design:
+        search = ElementSearch(posed, layout)
+        end, why = search.settled(search.point(values, vehicle))
+        if end is None:
+            raise Infeasible(why)
+        return measured(search, end.point)
+
+    try:
+        return in_both_bands(problem, found)
+    except Infeasible:
+        return None
 
 
 def promise(problem: Problem, layout: Layout, values: Mapping[str, float], vehicle: Mapping[str, float]) -> float:

@@ -38,6 +38,8 @@ NARROW = 0.02  # damping ratio of a mode that 48 panels a decade may not see
 _LIGHT = 0.04  # damping ratio of a resonance that 12 panels a decade see to a thousandth of its mean square
 _BROAD = 0.3  # damping ratio of a mode that any panel sees to rounding
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_PANELS = 12  # a decade of grids that are no coarse ones
+_RIPPLE_COARSE = 10.0  # the same for a coarse grid: 1e-5
 _RIPPLE = 100.0  # middle frequencies, to which delays are followed: beyond is 1e-6 of the side view's mean square
 
 
@@ -228,4 +230,5 @@ def search_rule(plant: Plant, norm: Norm, panels: int) -> quadrature.Quadrature:
     if not math.isinf(norm.stop):
         return quadrature.gauss(latest, start=norm.start, stop=norm.stop, per_decade=panels)
     middle = hinf_norm.middle(plant)
-    return quadrature.whole_line(middle, longest_delay=latest, ripple=_RIPPLE * middle, per_decade=panels)
+    ripple = _RIPPLE if panels >= _PANELS else _RIPPLE_COARSE
+    return quadrature.whole_line(middle, longest_delay=latest, ripple=ripple * middle, per_decade=panels)

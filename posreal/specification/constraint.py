@@ -18,6 +18,7 @@ _OF_ITS_SLOPE = 1e-3  # the room that a mode is asked for, of what a design's lo
 class Constraint:
     """`metric` at least (`sense` ">=") or at most ("<=") `value`, in the metric's own unit.
 
+    A `nominal` one is of the design as it is drawn, and of no vehicle that is built within tolerances.
     At an operating point besides the nominal one `point` is its name, and `metric` ends with it: ``Macc at Crz=40000``.
     """
 
@@ -26,6 +27,7 @@ class Constraint:
     value: float
     reason: str = ""
     point: str = ""
+    nominal: bool = False
 
     @property
     def base(self) -> str:

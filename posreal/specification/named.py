@@ -25,6 +25,7 @@ from posreal.vehicle import (
     from_file,
     override,
     parameters,
+    whole_band_twin,
 )
 from posreal.vehicle.manchester import ManchesterCoach
 from posreal.vehicle.seen_from import seen_from
@@ -109,6 +110,7 @@ def problem(
     weighting: str | Weighting | None = None,
     cut_off: float | None = None,
     ranges: Any = None,
+    band_only: bool = False,
 ) -> Problem:
     """A design problem by name.
 
@@ -146,6 +148,9 @@ def problem(
     ranges : path, mapping or UsualRanges, optional
         What can be bought, instead of the place's usual ranges: a TOML file or a mapping such as
         ``{"b": ("50 kg", "2 t")}``; see :mod:`posreal.ranges`.
+    band_only : bool
+        Whether a search may return a device that is worse than the default suspension over all frequencies, where the
+        objective ends at 20 Hz.
 
     Raises
     ------
@@ -153,6 +158,7 @@ def problem(
         For an unknown name, an option that the problem does not have, or a bad parameter.
     """
     chosen = _of_file(name) if is_problem_file(name) else _named(name)
+    chosen = dataclasses.replace(chosen, band_only=band_only)
     if position is not None:
         rides = {point: f"J1z_{point}" for point in "LMT"}
         fits = set(rides.values()) <= set(chosen.vehicle.metrics)
@@ -276,8 +282,8 @@ def minimising(problem: Problem, objective: str) -> Problem:
     """
     metrics = problem.vehicle.metrics
     known = [name for name, one in metrics.items() if one.norm() is not None or isinstance(one, PeakInTime)]
-    whole = f"{problem.objective}_whole"
-    if objective == "whole-band" and whole in metrics:
+    whole = whole_band_twin(problem.vehicle, problem.objective)
+    if objective == "whole-band" and whole is not None:
         return dataclasses.replace(problem, objective=whole, goal=None)
     if objective == "whole-band" and problem.whole_band:
         return problem
@@ -285,7 +291,7 @@ def minimising(problem: Problem, objective: str) -> Problem:
         return dataclasses.replace(problem, objective=objective, goal=None)
     goal = weighted_sum(objective) if "+" in objective else None
     if goal is None or not all(part in known for part, _ in goal.parts):
-        also = "whole-band, " if whole in metrics else ""
+        also = "" if whole is None else "whole-band, "
         raise BadInput(
             f"objective {shown(objective)} does not fit {problem.name}; it takes {also}{listed(known)}, or a weighted "
             f"sum such as {known[0]} + 0.001*{known[-1]}"

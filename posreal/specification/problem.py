@@ -27,8 +27,9 @@ from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
 from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
 from posreal.text_table import html
-from posreal.vehicle import Place, Vehicle, gain_output, measure, override, parameters
+from posreal.vehicle import Place, Vehicle, gain_output, measure, override, parameters, whole_band_twin
 
+_NOT_WORSE = 1e-6  # of a figure over all frequencies: worse by no more than that is not worse than the default
 WORST_CASE = "worst-case "  # begins the objective's name where it is the worst over several operating points
 
 
@@ -63,6 +64,11 @@ class Problem:
         Where given, searches over element values keep the constraints at every corner of them (:meth:`robust`).
     ranges : UsualRanges or None
         The user's own, of what can be bought; None: the place's.
+    reference : Vehicle or None
+        The vehicle as it was before its parameters were re-tuned.
+    band_only : bool
+        Whether a design may be worse than the default suspension over all frequencies, where the objective ends at
+        20 Hz. By default it may not: its ringing above is no gain.
     """
 
     name: str
@@ -77,6 +83,7 @@ class Problem:
     reference: Vehicle | None = None
     tolerances: Tolerances | None = None
     ranges: UsualRanges | None = None
+    band_only: bool = False
 
     def robust(
         self,
@@ -223,7 +230,7 @@ class Problem:
                 there = point._own_metrics(self.port_at(point, port, changed), confirmed)
             except Infeasible as error:
                 raise Infeasible(f"at {name}: {error}") from None
-            counting = dict.fromkeys((self.base_objective, *self.keep, *self.at_most))
+            counting = dict.fromkeys((self.base_objective, *self.keep, *self.twins, *self.at_most))
             found |= {f"{metric} at {name}": there[metric] for metric in counting}
             if there[self.base_objective].value > worst.value:
                 worst, where = there[self.base_objective], name
@@ -233,7 +240,10 @@ class Problem:
 
     def _own_metrics(self, port: Rational, confirmed: bool) -> dict[str, Measured]:
         asked = {self.base_objective, *self.at_most} | {name for name, _ in (self.goal.parts if self.goal else ())}
-        shown = [*(self.vehicle.comfort if self.vehicle.weighting is not None else ()), *sorted(asked)]
+        shown = [
+            *(self.vehicle.comfort if self.vehicle.weighting is not None else ()),
+            *sorted({*asked, *self.twins}),
+        ]
         extra = [name for name in shown if name in self.vehicle.metrics and name not in self.vehicle.headline]
         found = measure(self.vehicle, {"secondary": port}, *extra, confirmed=confirmed)
         if self.goal is not None:
@@ -316,11 +326,13 @@ class Problem:
         if self.reference is not None:
             return self.original.constraints
         found: list[Constraint] = []
-        if self.keep and self.default_metrics is not None:
+        if self.default_metrics is not None:
             found = [
                 Constraint(name, self._sense(name), self.default_metrics[name].value, "the default's")
                 for name in self.keep
             ]
+            if not self.band_only:
+                found += self._over_all_frequencies(self.default_metrics)
         found += [Constraint(name, self._sense(name), value, "a limit") for name, value in self.at_most.items()]
         for name, point in self.at_points.items():
             found += [
@@ -329,7 +341,44 @@ class Problem:
         return tuple(found)
 
     def _sense(self, metric: str) -> str:
-        return ">=" if self.vehicle.metrics[metric].better == "more" else "<="
+        return "<=" if self.vehicle.metrics[metric].better == "less" else ">="
+
+    @property
+    def twins(self) -> dict[str, float]:
+        """Of each metric of the objective that ends at 20 Hz, the one over all frequencies, with its weight.
+
+        There are none for a sum, of which no single one is to be kept.
+        """
+        if self.goal is not None and self.goal.kind != "worst":
+            return {}
+        parts = ((self.base_objective, 1.0),) if self.goal is None else self.goal.parts
+        found = {whole_band_twin(self.vehicle, name): weight for name, weight in parts}
+        return {name: weight for name, weight in found.items() if name is not None}
+
+    def _over_all_frequencies(self, default: Mapping[str, Measured]) -> list[Constraint]:
+        """That no design is worse than the default where the objective does not look."""
+        if not self.twins or len(self.twins) < (1 if self.goal is None else len(self.goal.parts)):
+            return []
+        worst = (1 + _NOT_WORSE) * max(weight * default[name].value for name, weight in self.twins.items())
+        return [
+            Constraint(name, "<=", worst / weight, "the default's", nominal=True)
+            for name, weight in self.twins.items()
+            if name not in self.at_most
+        ]
+
+    @cached_property
+    def in_its_band(self) -> Problem:
+        """The problem that looks no further than its objective does; itself, where that is everywhere.
+
+        A search solves this easier one first: what it finds is the best of both, if it keeps the figure over all
+        frequencies too.
+        """
+        if self.band_only or not self.twins or self.default_port is None:
+            return self
+        easier = dataclasses.replace(self, band_only=True)
+        if self.reference is None:
+            easier.__dict__["default_metrics"] = self.default_metrics
+        return easier
 
     def violated(self, metrics: Mapping[str, Measured], *, tolerance: float = ROUNDING) -> list[str]:
         """The constraints that `metrics` break by more than `tolerance` of their value, as sentences."""

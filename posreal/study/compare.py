@@ -25,6 +25,7 @@ from posreal.specification.problem import Problem
 from posreal.study.strut import degree, realised, strut, terminals
 from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import frame, html, percent, table
+from posreal.vehicle import whole_band_twin
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,6 +74,11 @@ class Comparison:
         """The objective in a word or two: a metric's name, ``worst case``, ``worst``, ``norm`` or ``sum``."""
         problem = self.problem
         return "worst case" if problem.points else problem.objective if problem.goal is None else problem.goal.kind
+
+    @property
+    def twin(self) -> str | None:
+        """The objective over all frequencies, where it ends at 20 Hz."""
+        return whole_band_twin(self.problem.vehicle, self.problem.base_objective)
 
     @property
     def _metrics(self) -> tuple[str, ...]:
@@ -134,17 +140,16 @@ class Comparison:
         return "\n".join(lines)
 
     def _table(self) -> tuple[list[str], list[list[str]]]:
-        problem, metrics = self.problem, self._metrics
+        problem, metrics, twin = self.problem, self._metrics, self.twin
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         called = {name: name for name in metrics} | {problem.objective: self.objective_label}
         improved = metrics if problem.compared else (problem.objective,)
-        better = [f"better at {called[name].removeprefix('J1z_').removeprefix('aw_')}" for name in improved]
-        if len(improved) == 1:
-            better = [f"{called[problem.objective]} better"]
+        better = [f"{called[name].removeprefix('J1z_').removeprefix('aw_')} better" for name in improved]
         header = [
             "design",
             "degree",
             *(f"{called[name]} [{units[name]}]" for name in metrics),
+            *([] if twin is None else [f"{twin} [{self.rows[0].metrics[twin].unit}]"]),
             *better,
             *([] if self.bound is None else ["gap"]),
             "elements",
@@ -158,6 +163,7 @@ class Comparison:
                     row.label if row.feasible else f"{row.label} (breaks a constraint)",
                     "–" if row.device is None else str(degree(row)),
                     *(f"{row.metrics[name].value:#.5g}" for name in metrics),
+                    *([] if twin is None else [f"{row.metrics[twin].value:#.5g}"]),
                     *("–" if row is self.reference else percent(self.improvement(row, name)) for name in improved),
                     *([] if self.bound is None else [percent(self.gap(row), 1)]),
                     "–" if network is None else str(len(network)),
@@ -178,6 +184,8 @@ class Comparison:
             "optima and synthesised devices are the best found."
         ]
         included = f" include the {listed(self.problem.roles)}" if self.problem.roles else " are those of the device"
+        if self.twin is not None:
+            notes.append(f"{self.problem.base_objective} ends at 20 Hz, {self.twin} is over all frequencies.")
         notes.append(f"Degree and elements{included}; k+c+b: springs, dampers, inerters.")
         if self.objective_label != self.problem.objective:
             where = "".join(f", {name}" for name in self.problem.at_points)

@@ -24,6 +24,7 @@ from posreal.study.strut import mounted, terminals
 from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import percent, table
 from posreal.topology.result import FrontPoint, Search, short
+from posreal.vehicle import whole_band_twin
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,9 +73,10 @@ class Pareto:
     def text(self, *, ascii: bool = False) -> str:
         """The front as a table, with the best network drawn, its equivalents and the runners-up."""
         search, problem = self.search, self.search.problem
-        unit = search.best.objective.unit
+        unit, twin = search.best.objective.unit, whole_band_twin(problem.vehicle, problem.base_objective)
         has_synthesis = bool(self.syntheses)
         header = ["elements", "network", f"{problem.objective} [{unit}]", "better", "degree", "k+c+b"]
+        header += [] if twin is None else [f"{twin} [{unit}]"]
         header += [f"{search.metric} [{search.best.metrics[search.metric].unit}]"] if search.metric else []
         header += ["above synthesis"] if has_synthesis else []
         rows = []
@@ -88,6 +90,7 @@ class Pareto:
                 str(point.design.order),
                 "+".join(str(count) for count in point.network.counts[:3]),
             ]
+            row += [] if twin is None else [f"{point.design.metrics[twin].value:#.5g}"]
             row += [f"{point.design.metrics[search.metric].value:#.5g}"] if search.metric else []
             row += [percent(gap)] if has_synthesis else []
             rows.append(row)
@@ -177,6 +180,10 @@ class Pareto:
         ys = [point.design.objective.value for point in front]
         axis.plot([*xs, last + 0.95], [*ys, ys[-1]], drawstyle="steps-post", color="C0", linewidth=1.2)
         axis.plot(xs, ys, "o", color="C0", label="best network found")
+        twin = whole_band_twin(self.search.problem.vehicle, self.search.problem.base_objective)
+        beside = [] if twin is None else [point.design.metrics[twin].value for point in front]
+        if beside:
+            axis.plot(xs, beside, "o", color="C0", markerfacecolor="white", label="the same over all frequencies")
         for point, x, y in zip(front, xs, ys, strict=True):
             axis.annotate(
                 f"{y:#.5g}\n{_topology(point)}",
@@ -187,7 +194,7 @@ class Pareto:
                 color="C0",
                 bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
             )
-        low, high = min([*ys, *([] if self.bound is None else [self.bound])]), max(ys)
+        low, high = min([*ys, *([] if self.bound is None else [self.bound])]), max([*ys, *beside])
         for design in self.layouts:
             x, y = _bought(design), design.objective.value
             high = max(high, y)

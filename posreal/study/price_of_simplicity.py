@@ -17,6 +17,7 @@ from posreal.errors import BadInput
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.synthesis.synthesise import synthesise
+from posreal.vehicle import whole_band_twin
 
 
 @dataclass(frozen=True)
@@ -72,5 +73,5 @@ def reached(
 
 def _over_the_whole_band(problem: Problem) -> Problem:
     """The problem with the bound's own figure, where a ride of the side view ends at 20 Hz; else as it is."""
-    twin = f"{problem.objective}_whole"
-    return dataclasses.replace(problem, objective=twin) if twin in problem.vehicle.metrics else problem
+    twin = whole_band_twin(problem.vehicle, problem.objective)
+    return problem if twin is None else dataclasses.replace(problem, objective=twin)

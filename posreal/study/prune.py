@@ -100,7 +100,7 @@ def _without_idle(design: Design, fraction: float) -> Network:
     """
     assert design.network is not None
     network = design.network
-    if design.problem.constraints:
+    if design.problem.in_its_band.constraints:
         return network
     limit = _Start(design.problem, network).promise * (1 + fraction)
     while True:

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from posreal.numerics.threads import one_thread
+from posreal.optimisation.both_bands import in_both_bands
 from posreal.optimisation.caveats import reported
 from posreal.specification.design import Design
 from posreal.specification.named import as_problem
 from posreal.specification.problem import Problem
 from posreal.synthesis.combination import synthesise as search
+from posreal.synthesis.result import Synthesis
 
 
 @one_thread
@@ -35,36 +37,32 @@ def synthesise(
     """
     problem = as_problem(problem)
     options: dict[str, Any] = {} if starts is None else {"starts": starts}
-    result = search(
-        problem,
-        order,
-        method=method,
-        seed=seed,
-        warm=warm,
-        spring=spring,
-        inerter=inerter,
-        jobs=jobs,
-        progress=progress,
-        **options,
-    )
+    options |= {"method": method, "seed": seed, "spring": spring, "inerter": inerter, "jobs": jobs}
+
+    def found(posed: Problem) -> Design:
+        result = search(posed, order, warm=warm, progress=progress, **options)
+        return _as_design(posed, result, order, spring, inerter)
+
+    return reported(in_both_bands(problem, found))
+
+
+def _as_design(problem: Problem, result: Synthesis, order: int, spring: bool, inerter: bool) -> Design:
     reached = {name: result.reached_by(name) for name in ("bmi", "ph")}
     beside = [name for name, allowed in (("spring", spring), ("inerter", inerter)) if allowed]
     changed = problem.with_vehicle(result.parameters)
-    return reported(
-        Design(
-            " + ".join([f"order {order}", *beside]),
-            changed,
-            result.device,
-            result.metrics,
-            parameters=dict(result.parameters),
-            found={
-                "method": result.method,
-                **{f"reached_by_{name}": value for name, value in reached.items() if value is not None},
-                "starts": result.starts,
-                "agreed": result.agreeing,
-                "seed": result.seed,
-                "seconds": round(result.seconds, 2),
-                "notes": list(result.notes),
-            },
-        )
+    return Design(
+        " + ".join([f"order {order}", *beside]),
+        changed,
+        result.device,
+        result.metrics,
+        parameters=dict(result.parameters),
+        found={
+            "method": result.method,
+            **{f"reached_by_{name}": value for name, value in reached.items() if value is not None},
+            "starts": result.starts,
+            "agreed": result.agreeing,
+            "seed": result.seed,
+            "seconds": round(result.seconds, 2),
+            "notes": list(result.notes),
+        },
     )

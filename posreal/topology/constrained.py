@@ -83,6 +83,22 @@ def require_figures(problem: Problem) -> None:
     ElementSearch(problem, Layout("", strut, "", "", {k: v for k, v in _RULES.items() if k in strut.names}, ()))
 
 
+def settled_values(
+    problem: Problem, form: Form, box: Box, ends: Sequence[tuple[float, Sequence[float]]]
+) -> tuple[float, tuple[float, ...]] | None:
+    """The figure and the values of the best of some ends (figure, values) that keeps its constraints as measured.
+
+    Parameters
+    ----------
+    ends : in ascending order; the first few are gone to, until one is kept that the next cannot win over
+    """
+    there = InPlace(problem, form, box)
+    fine = ElementSearch(problem, there.layout)
+    points = [End(value, there.point(fine, values)) for value, values in ends[:_SETTLED]]
+    best, _ = best_settled(points, fine.settled)
+    return None if best is None else (best.value, there.values(fine, best.point))
+
+
 def best_constrained_values(
     problem: Problem,
     form: Form,

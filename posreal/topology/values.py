@@ -5,7 +5,8 @@ grid that sees its own modes (`posreal.optimisation.mean_square`) is polished ag
 light itself, a coarse grid may miss a mode of any device, and several of the best are looked at that closely. Besides
 random starts there are warm ones: the optimum of each network that this one has as a limit, with the lost element just
 short of its border, so that a network is never found worse than its limits. Where the problem has constraints, the
-search is that of a layout's values (:mod:`posreal.topology.constrained`).
+search is that of a layout's values (:mod:`posreal.topology.constrained`); but the figure over all frequencies, that may
+be no worse than the default's, is looked at only where it is.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from posreal.network.topologies import Form
+from posreal.network.topologies import Form, letters
 from posreal.numerics.batched_descent import descend
 from posreal.optimisation.mean_square import has_light_modes
 from posreal.optimisation.scaling import reference
-from posreal.specification.constraint import Range
+from posreal.specification.constraint import Constraint, Range
 from posreal.specification.problem import Problem
 from posreal.topology.batch import Array
 from posreal.topology.box import Box
-from posreal.topology.constrained import best_constrained_values
+from posreal.topology.constrained import best_constrained_values, settled_values
 from posreal.topology.found import NO_GAIN, Found, SearchSettings, generator
 from posreal.topology.ground import Ground, Units
 from posreal.vehicle import Vehicle
@@ -32,6 +33,9 @@ from posreal.vehicle import Vehicle
 FINE = 12  # panels a decade of the frequency grids
 GRIDS = 6  # in a row, each made for the modes of what the one before led to
 SETTLED = 1e-6  # relative change of the figure from one grid to the next at which the optimum stays where it is
+PENALTIES = (3.0, 300.0)  # in turn, on the square of a limited figure's logarithm
+_STIFF = 8  # ends of the mild penalty, the best that differ, to which the stiff one is put
+_HUGE = 300.0  # logarithm of a figure that is none
 _SCREENED = 64
 _LOOKED_AT = 4  # ends of a coarse descent, where a plant's own modes are light
 
@@ -57,8 +61,11 @@ def _panels(problem: Problem) -> int:
 
 
 def is_smooth(problem: Problem) -> bool:
-    """Whether a problem is one mean square over a box and no more, for which all starts descend at once."""
-    return _is_plain(problem) and not problem.constraints and _kind(problem) == "H2"
+    """Whether a problem is one mean square over a box and no more, for which all starts descend at once.
+
+    What it has to keep over all frequencies is another such mean square.
+    """
+    return _is_plain(problem) and not problem.in_its_band.constraints and _kind(problem) == "H2"
 
 
 def _is_plain(problem: Problem) -> bool:
@@ -98,9 +105,35 @@ def best_values(
     limit : float
         The best figure of the topology's limits. What comes out no better than this is not worth polishing.
     """
-    box = Box(problem, scale(problem), form, settings)
-    if not is_smooth(problem):
-        return best_constrained_values(problem, form, settings, box, warm, limit, _panels(problem))
+    box, easier = Box(problem, scale(problem), form, settings), problem.in_its_band
+    search = _smooth_values if is_smooth(problem) else _constrained_values
+    found = search(easier, form, settings, box, warm, limit)
+    if easier is problem or not found.feasible or keeps_twins(problem, form, found):
+        return found
+    return search(problem, form, settings, box, [*warm, found.values], limit)
+
+
+def _constrained_values(
+    problem: Problem,
+    form: Form,
+    settings: SearchSettings,
+    box: Box,
+    warm: Sequence[Sequence[float]],
+    limit: float,
+) -> Found:
+    return best_constrained_values(problem, form, settings, box, warm, limit, _panels(problem))
+
+
+def _smooth_values(
+    problem: Problem,
+    form: Form,
+    settings: SearchSettings,
+    box: Box,
+    warm: Sequence[Sequence[float]],
+    limit: float,
+) -> Found:
+    if problem.constraints:
+        return _within_limits(problem, form, settings, box, warm, limit)
     rough = coarse(problem)
     starts = screened(rough, form, box, settings, warm)
     theta, value = descend(logarithm(rough, form), starts, box.lower, box.upper)
@@ -115,6 +148,70 @@ def best_values(
     if figure < limit * (1 - NO_GAIN):
         point, figure = polished(problem, form, box, point)
     return Found(form, figure, tuple(np.exp(point).tolist()), agreed, settings.starts)
+
+
+def keeps_twins(problem: Problem, form: Form, found: Found) -> bool:
+    """Whether what was found for a problem in its band is no worse than the default over all frequencies, as a fine
+    grid sees it."""
+    theta = np.log(np.array(found.values))[None, :]
+    return all(
+        float(_at(problem, c, FINE).value_and_gradient(form, theta)[0][0]) <= c.value
+        for c in problem.constraints
+        if c.base in problem.twins
+    )
+
+
+def _within_limits(
+    problem: Problem,
+    form: Form,
+    settings: SearchSettings,
+    box: Box,
+    warm: Sequence[Sequence[float]],
+    limit: float,
+) -> Found:
+    """The best values where other mean squares are limited: a growing penalty, then the limits as they are measured."""
+    if "c" not in letters(form):  # what rings above the objective's band has nothing to ring less by
+        return Found(form, math.inf, (), 0, settings.starts)
+    rough = ground(problem, _panels(problem))
+    limits = [(_at(problem, c, _panels(problem)), c.value) for c in problem.constraints]
+    starts = screened(rough, form, box, settings, warm)
+    mild, stiff = (penalised(rough, limits, form, weight) for weight in PENALTIES)
+    theta, value = descend(mild, starts, box.lower, box.upper, iterations=60, tolerance=1e-4)
+    agreed = int(np.sum(value[: settings.starts] <= value.min() + 1e-3))
+    theta, value = descend(stiff, theta[apart(value)[:_STIFF]], box.lower, box.upper)
+    ends = [(math.exp(min(value[i], _HUGE)), np.exp(theta[i]).tolist()) for i in apart(value)]
+    default = problem.default_metrics
+    worth = limit if default is None else min(limit, default[problem.objective].value)
+    if ends[0][0] >= worth * (1 - NO_GAIN):
+        return Found(form, ends[0][0], tuple(ends[0][1]), agreed, settings.starts)
+    settled = settled_values(problem, form, box, ends)
+    if settled is None:
+        return Found(form, math.inf, (), 0, settings.starts)
+    return Found(form, *settled, agreed, settings.starts)
+
+
+def penalised(
+    ground: Ground, limits: Sequence[tuple[Ground, float]], form: Form, weight: float
+) -> Callable[[Array], tuple[Array, Array]]:
+    """log J and `weight` times the squares of how much too large the logarithms of other figures are."""
+    plain = logarithm(ground, form)
+    others = [(logarithm(other, form), math.log(most)) for other, most in limits]
+
+    def function(theta: Array) -> tuple[Array, Array]:
+        value, slope = plain(theta)
+        for other, most in others:
+            figure, steep = other(theta)
+            over = np.maximum(figure - most, 0.0)
+            value, slope = value + weight * over**2, slope + 2 * weight * over[:, None] * steep
+        return value, slope
+
+    return function
+
+
+def _at(problem: Problem, constraint: Constraint, panels: int) -> Ground:
+    """The ground of a limited mean square, at its operating point."""
+    there = problem.at_points[constraint.point] if constraint.point else problem
+    return _ground(there.vehicle, constraint.base, tuple(problem.free.items()), panels)
 
 
 def apart(value: Array) -> list[int]:

@@ -7,7 +7,7 @@ from posreal.vehicle.plan_view import PlanView
 from posreal.vehicle.quarter_car import QuarterCar
 from posreal.vehicle.side_view import SideView
 from posreal.vehicle.user_plant import UserPlant
-from posreal.vehicle.vehicle import Vehicle, gain_output, measure
+from posreal.vehicle.vehicle import Vehicle, gain_output, measure, whole_band_twin
 
 __all__ = [
     "ClosedLoop",
@@ -26,4 +26,5 @@ __all__ = [
     "measure",
     "override",
     "parameters",
+    "whole_band_twin",
 ]

@@ -51,7 +51,7 @@ from posreal.plant.shaping_filter import ShapingFilter
 from posreal.ranges import PRIMARY, SECONDARY
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
-from posreal.vehicle.vehicle import RAIL_BAND
+from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
 from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
 _TABLE1 = "Jiang2012, Table 1"
@@ -61,6 +61,7 @@ CURVE = ((0.0, 1 / 3.0), (3.0, -1 / 3.0))
 """Corners (instant in s, change of rate in 1/s) of the way from the straight into the full curve, 3 s long."""
 _BODY = "body_acceleration"
 _J1Y = SummedRootMeanSquare("track", _BODY, "m/s^2")
+_J1Y_WHOLE = RootMeanSquare("track", _BODY, "m/s^2")
 _LDMP = DampingRatio("track", SPEEDS)
 LATERAL_SPERLING = 0.737
 
@@ -81,7 +82,9 @@ def _comfort(stop: float = math.inf) -> dict[str, Metric]:
 def _metrics(cut_off: float | None) -> Mapping[str, Metric]:
     return {
         "Macc": LargestOverSpeeds(_J1Y, SPEEDS),
+        "Macc_whole": LargestOverSpeeds(_J1Y_WHOLE, SPEEDS),
         "J1y": _J1Y,
+        "J1y_whole": _J1Y_WHOLE,
         "Ldmp": _LDMP,
         "max_yv": PeakInTime("curve", "body_displacement", CURVE, "mm", 1e3),
         "static_stiffness": StaticStiffness(),
@@ -122,9 +125,19 @@ class PlanView:
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz, of the weighted figures
 
-    weighted: ClassVar[Mapping[str, str]] = {"Macc": "max_aw_y", "J1y": "aw_y"}
+    weighted: ClassVar[Mapping[str, str]] = {
+        name + band: to for name, to in (("Macc", "max_aw_y"), ("J1y", "aw_y")) for band in ("", WHOLE)
+    }
     comfort: ClassVar[tuple[str, ...]] = tuple(_comfort())
-    headline: ClassVar[tuple[str, ...]] = ("Macc", "J1y", "Ldmp", "max_yv", "static_stiffness")
+    headline: ClassVar[tuple[str, ...]] = (
+        "Macc",
+        "Macc_whole",
+        "J1y",
+        "J1y_whole",
+        "Ldmp",
+        "max_yv",
+        "static_stiffness",
+    )
     columns: ClassVar[tuple[str, ...]] = ("Macc", "Ldmp", "max_yv")
     compared: ClassVar[tuple[str, ...]] = ()
     ride: ClassVar[str] = "Macc"

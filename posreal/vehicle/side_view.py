@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar
 
@@ -46,7 +46,7 @@ from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
-from posreal.vehicle.vehicle import RAIL_BAND
+from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
 from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
 _TABLE4 = "Jiang2012, Table 4"
@@ -104,6 +104,7 @@ def _deflections(end: str) -> dict[str, Metric]:
     return {
         f"deflection_{end}": peak,
         f"deflection_rms_{end}": rms,
+        f"deflection_rms_{end}_whole": replace(rms, stop=math.inf),
         f"deflection_overall_{end}": WeightedSum(((1.0, peak), (3.0, rms)), "peak + 3 r.m.s."),
     }
 
@@ -113,13 +114,16 @@ def vertical_metrics(cut_off: float | None = None) -> Mapping[str, Metric]:
     """The metrics of a side view, whose ride figures end at `cut_off` Hz, or where they usually do."""
     stop = math.inf if cut_off is None else 2 * math.pi * cut_off
     return {
-        **{f"J1z_{point}": _ride(point, BAND if cut_off is None else stop) for point in PLACES},
+        **{
+            f"J1z_{point}{band}": _ride(point, end)
+            for point in PLACES
+            for band, end in (("", BAND if cut_off is None else stop), (WHOLE, math.inf))
+        },
         **_deflections("front"),
         **_deflections("rear"),
         "static_stiffness": StaticStiffness(),
         "inertance": Inertance(),
         **{f"deflection_velocity_rms_{end}": _velocity(end) for end in ("front", "rear")},
-        **{f"J1z_{point}_whole": _ride(point, math.inf) for point in PLACES},
         **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in PLACES},
         **_comfort(stop),
     }
@@ -155,7 +159,7 @@ class SideView:
     }
     comfort: ClassVar[tuple[str, ...]] = tuple(_comfort(math.inf))
     headline: ClassVar[tuple[str, ...]] = (
-        *(f"J1z_{point}" for point in "LMT"),
+        *(f"J1z_{point}{band}" for point in PLACES for band in ("", WHOLE)),
         *_deflections("front"),
         *_deflections("rear"),
         "static_stiffness",

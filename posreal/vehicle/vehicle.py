@@ -15,6 +15,9 @@ from posreal.vehicle.weighting import Weighting
 RAIL_BAND = 15.0
 """rad/s, up to which Padé delays keep their phase on a rail vehicle."""
 
+WHOLE = "_whole"
+"""Ends the name of a metric over all frequencies whose twin ends at 20 Hz."""
+
 
 class Vehicle(Protocol):
     """A model that devices are designed for. A solver asks no more than this, and never which vehicle it has.
@@ -130,6 +133,11 @@ def gain_output(vehicle: Vehicle, metric: str) -> str | None:
     """The output whose largest gain a metric of a vehicle is; None if it is none."""
     norm = vehicle.metrics[metric].norm() if metric in vehicle.metrics else None
     return norm.output if norm is not None and norm.kind == "H∞" else None
+
+
+def whole_band_twin(vehicle: Vehicle, metric: str) -> str | None:
+    """The metric that is the same figure over all frequencies; None where there is none, or it is that already."""
+    return metric + WHOLE if metric + WHOLE in vehicle.metrics else None
 
 
 def chosen(vehicle: Vehicle, names: Iterable[str]) -> dict[str, Metric]:

@@ -402,10 +402,9 @@ def static_stiffness(a: Polynomial, b: Polynomial) -> float:
 def side_view(
     device: Device | None,
     vehicle: Mapping[str, float] = SIDE_VIEW,
-    whole: Sequence[str] = (),
     until: float | None = None,
 ) -> dict[str, float]:
-    """J1z at L, M, T to 20 Hz (%g) and over the whole band, secondary deflections (mm); the device behind its bush.
+    """J1z at L, M, T (%g), secondary deflections (mm), r.m.s. to 20 Hz and over all; the device behind its bush.
 
     With the sums and differences of the bogies the body's bounce and pitch obey the same two equations,
     J s² ψ = y (z − ψ) and mb s² z = g₁ (δ − 2 z) − y (z − ψ), with J = mv/2 and Iv/(2 lvx²), y = s G₂, g₁ = s G₁.
@@ -440,14 +439,14 @@ def side_view(
     found = {}
     for position, pitch in (("L", 1), ("M", 0), ("T", -1)):
         for suffix, band in (("", 40), ("_whole", None)):
-            if not suffix or position in whole:
-                square = loop.mean_square(channels(acceleration, pitch), delays, band)
-                found[f"J1z_{position}{suffix}"] = 100 * math.sqrt(density * square) / vehicle["g"]
+            square = loop.mean_square(channels(acceleration, pitch), delays, band)
+            found[f"J1z_{position}{suffix}"] = 100 * math.sqrt(density * square) / vehicle["g"]
     for end, pitch in (("front", 1), ("rear", -1)):
         numerators = channels(deflection, pitch)
         top = 1e3 * loop.peak(numerators, delays, CORNERS["slope"], until)
-        spread = 1e3 * math.sqrt(density * loop.mean_square(numerators, delays, 40))
+        spread, beyond = (1e3 * math.sqrt(density * loop.mean_square(numerators, delays, band)) for band in (40, None))
         found |= {
+            f"deflection_rms_{end}_whole": beyond,
             f"deflection_{end}": top,
             f"deflection_rms_{end}": spread,
             f"deflection_overall_{end}": top + 3 * spread,
@@ -551,6 +550,15 @@ def lateral_sum(
     return math.sqrt(0.01 * 2 * math.pi * vehicle["Al"] * vehicle["V"] ** 2 * float((np.abs(z) ** 2).sum()))
 
 
+def lateral_whole(closed: Mapping[str, Polynomial], vehicle: Mapping[str, float]) -> float:
+    """J1y over all frequencies."""
+    over, under = (polynomial(map(str, coefficients)) for coefficients in TRACK)
+    loop = Loop(closed["P"] * under)
+    tops = [closed[name] * over for name in ("track_front", "track_rear")]
+    delays = [Fraction(0), 2 * Fraction(vehicle["lwx"]) / Fraction(vehicle["V"])]
+    return math.sqrt(2 * math.pi * vehicle["Al"] * vehicle["V"] ** 2 * loop.mean_square(tops, delays, None))
+
+
 def in_factors(f: Polynomial, s: np.ndarray) -> np.ndarray:
     value = np.full(len(s), complex(float_of(f.leading_coefficient())))
     with ctx.workprec(128):
@@ -578,6 +586,8 @@ def plan_view(device: Device, vehicle: Mapping[str, float] = PLAN_VIEW, until: f
         "Macc": max(sums),
         "Macc speed": float(1 + int(np.argmax(sums))),
         "J1y": lateral_sum(here, closed, a, b, vehicle),
+        "J1y_whole": lateral_whole(closed, vehicle),
+        "Macc_whole": max(lateral_whole(parts, at) for (_, parts), at in zip(loops[::9], speeds[::9], strict=True)),
         "Ldmp": 100 * min(damping),
         "max_yv": 1e3 * top,
         "decay": decay,
@@ -642,8 +652,8 @@ def own_plant(
     return found
 
 
-def plan_view_at(device: Device, vehicle: Mapping[str, float]) -> float:
-    """J1y at the vehicle's own speed."""
+def plan_view_at(device: Device, vehicle: Mapping[str, float], *, whole: bool = False) -> float:
+    """J1y at the vehicle's own speed, to 20 Hz or over all frequencies."""
     a, b = stiffness_form(parallel(element("k", Fraction(vehicle["Ksy"])), device))
     loop, closed = _plan_view_loop(vehicle, a, b)
-    return lateral_sum(loop, closed, a, b, vehicle)
+    return lateral_whole(closed, vehicle) if whole else lateral_sum(loop, closed, a, b, vehicle)

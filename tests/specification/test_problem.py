@@ -116,7 +116,7 @@ def test_constraints_hold_at_every_operating_point_by_its_own_default():
     posed = problem("lateral-comfort", worst_case=points, limits={"max_yv": 80.0})
     held = {c.metric: c for c in posed.constraints}
     assert set(held) == {
-        f"{name}{at}" for name in ("Ldmp", "max_yv") for at in ("", " at conicity=0.35", " at mv=20000")
+        f"{name}{at}" for name in ("Ldmp", "Macc_whole", "max_yv") for at in ("", " at conicity=0.35", " at mv=20000")
     }
     for point, name in zip(points, posed.at_points, strict=True):
         there = problem("lateral-comfort", vehicle=point)
