@@ -149,7 +149,7 @@ class Comparison:
             "design",
             "degree",
             *(f"{called[name]} [{units[name]}]" for name in metrics),
-            *([] if twin is None else [f"{twin} [{self.rows[0].metrics[twin].unit}]"]),
+            *([] if twin is None else [f"whole [{self.rows[0].metrics[twin].unit}]"]),
             *better,
             *([] if self.bound is None else ["gap"]),
             "elements",
@@ -185,7 +185,7 @@ class Comparison:
         ]
         included = f" include the {listed(self.problem.roles)}" if self.problem.roles else " are those of the device"
         if self.twin is not None:
-            notes.append(f"{self.problem.base_objective} ends at 20 Hz, {self.twin} is over all frequencies.")
+            notes.append(f"{self.problem.base_objective} does not see all frequencies; whole: {self.twin}, which does.")
         notes.append(f"Degree and elements{included}; k+c+b: springs, dampers, inerters.")
         if self.objective_label != self.problem.objective:
             where = "".join(f", {name}" for name in self.problem.at_points)

@@ -76,7 +76,7 @@ class Pareto:
         unit, twin = search.best.objective.unit, whole_band_twin(problem.vehicle, problem.base_objective)
         has_synthesis = bool(self.syntheses)
         header = ["elements", "network", f"{problem.objective} [{unit}]", "better", "degree", "k+c+b"]
-        header += [] if twin is None else [f"{twin} [{unit}]"]
+        header += [] if twin is None else [f"over all frequencies [{unit}]"]
         header += [f"{search.metric} [{search.best.metrics[search.metric].unit}]"] if search.metric else []
         header += ["above synthesis"] if has_synthesis else []
         rows = []
