@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from posreal.study.compare import Comparison, compare
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.reproduce import Reproduction, reproduce
+    from posreal.study.simulate import Simulation, simulate
     from posreal.study.sweep import Sweep, sweep
     from posreal.study.tolerance import tolerance
     from posreal.study.tolerance_result import Tolerance
@@ -142,6 +143,10 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "Reproduction",
         "reproduce",
     ),
+    "posreal.study.simulate": (
+        "Simulation",
+        "simulate",
+    ),
     "posreal.study.sweep": (
         "Sweep",
         "sweep",
@@ -195,6 +200,7 @@ __all__ = [
     "Search",
     "Series",
     "SideView",
+    "Simulation",
     "Spring",
     "StateSpace",
     "Sweep",
@@ -226,6 +232,7 @@ __all__ = [
     "reproduce",
     "save_picture",
     "search",
+    "simulate",
     "spice",
     "state_space",
     "step_in_cvxpy",

@@ -40,7 +40,8 @@ MAY_IMPORT = {
     "optimisation": BELOW | {"specification", "bounds"},
     "topology": BELOW | {"specification", "bounds", "optimisation"},
     "synthesis": BELOW | {"specification", "bounds", "optimisation"},
-    "study": BELOW | {"realisation", "specification", "bounds", "optimisation", "topology", "synthesis"},
+    "simulation": BELOW | {"specification"},
+    "study": BELOW | {"realisation", "specification", "bounds", "optimisation", "topology", "synthesis", "simulation"},
 }
 
 

@@ -1,7 +1,8 @@
-"""Commands that ask what is left of a design in the vehicles that are built: tolerance."""
+"""Commands that ask what is left of a design when it is built: tolerance, simulate."""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 import typer
@@ -24,10 +25,12 @@ from posreal.cli.options import (
     WeightingName,
     WorstCase,
     job_count,
+    number,
     posed,
     words,
 )
 from posreal.cli.output import print_json, progress
+from posreal.errors import BadInput, shown
 
 
 def tolerance(
@@ -76,3 +79,73 @@ def tolerance(
         print_json({"problem": question.name, **found.to_dict()})
         return
     print(f"{question.name}: {' '.join(device)}\n{found}")
+
+
+def simulate(
+    problem: ProblemName,
+    device: DeviceWords,
+    friction: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="Coulomb friction: 500 (N, every inerter) or b1=500,c1=200.")
+    ] = None,
+    backlash: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="Total play: 0.3 (mm, in series with the bush) or k1=0.3.")
+    ] = None,
+    stop: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="End stops: 60 (mm either way, every inerter) or b1=60,c1=100.")
+    ] = None,
+    stop_stiffness: Annotated[str, typer.Option(metavar="VALUE", help="Of an end stop.")] = "10 MN/m",
+    records: Annotated[int, typer.Option(min=1, max=1000, help="Records of random track.")] = 8,
+    duration: Annotated[float, typer.Option(min=1.0, max=1e4, help="Seconds of each that count.")] = 60.0,
+    step: Annotated[float, typer.Option(min=0.01, max=10.0, help="Time step at most, ms.")] = 1.0,
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    at: At = None,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a device with friction, backlash and end stops in its elements, on random track and onto ramps."""
+    from posreal.optimisation.evaluate import read_design
+    from posreal.study.simulate import simulate as study
+
+    question = posed(problem, vehicle, position, objective, stiffness, at=at)
+    design = read_design(question, words(device))
+    with progress() as say:
+        found = study(
+            design,
+            friction=_of_elements("--friction", friction, "N", 1.0, 0.0),
+            backlash=_of_elements("--backlash", backlash, "m", 1e-3, 0.0),
+            stop=_of_elements("--stop", stop, "m", 1e-3, math.inf),
+            stop_stiffness=number("--stop-stiffness", stop_stiffness, "N/m"),
+            records=records,
+            duration=duration,
+            step=1e-3 * step,
+            seed=seed,
+            progress=say,
+        )
+    if as_json:
+        print_json({"problem": question.name, **found.to_dict()})
+        return
+    print(f"{question.name}: {' '.join(device)}\n{found}")
+
+
+def _of_elements(option: str, text: str | None, unit: str, plain: float, none: float) -> float | dict[str, float]:
+    """``500`` or ``b1=500,c1=200 N``; a bare number counts `plain` of the unit."""
+    if text is None:
+        return none
+    found: dict[str, float] = {}
+    for word in text.split(","):
+        name, equals, value = word.rpartition("=")
+        try:
+            size = plain * float(value)
+        except ValueError:
+            size = number(option, value.strip(), unit)
+        if not math.isfinite(size):
+            raise BadInput(f"{option} {shown(text)}: give a finite number")
+        if not equals:
+            if "," in text:
+                raise BadInput(f"{option} {shown(text)}: give one number for all, or a name with each, such as b1=500")
+            return size
+        found[name.strip()] = size
+    return found

@@ -15,6 +15,18 @@ from posreal.errors import BadInput
 
 
 @dataclass(frozen=True)
+class Copy:
+    """One of the devices that the ports of a group hold: its deflection is `rows` · the ports', `count` are alike.
+
+    Ports are what is convenient (bounce and pitch; two struts side by side as one): with t the rows of every device,
+    Σ count t tᵀ = 1, so that the same admittance in every device is that admittance in every port.
+    """
+
+    rows: tuple[float, ...]
+    count: int = 1
+
+
+@dataclass(frozen=True)
 class Mounting:
     """What the port holds besides the device: `beside` in parallel, `behind` in series with the device."""
 

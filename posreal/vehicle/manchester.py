@@ -23,7 +23,7 @@ import numpy as np
 from posreal.admittance import Rational
 from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle, Metric
-from posreal.plant.mounting import Mounting
+from posreal.plant.mounting import Copy, Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
@@ -92,6 +92,7 @@ class ManchesterCoach:
                 has_default=True,
                 default_label="default (k | (c + bush))",
                 carried=self.mv / 4,
+                copies=(Copy((0.5, 0.5), 2), Copy((0.5, -0.5), 2)),  # front and rear, on either side
                 usual=SECONDARY,
                 travels=("deflection_overall_front", "deflection_overall_rear"),
             )

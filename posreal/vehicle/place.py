@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from posreal.admittance import Rational
-from posreal.plant.mounting import Mounting
+from posreal.plant.mounting import Copy, Mounting
 from posreal.ranges import UsualRanges
 
 
@@ -36,6 +36,8 @@ class Place:
         What can be bought for it; None where nobody has said.
     travels : tuple of str
         Metrics, in mm, of how far a device there moves to either side.
+    copies : tuple of Copy
+        How devices sit in its ports, where that is not one in each.
     """
 
     around: Mounting
@@ -48,3 +50,4 @@ class Place:
     carried: float = 0.0
     usual: UsualRanges | None = None
     travels: tuple[str, ...] = ()
+    copies: tuple[Copy, ...] = ()

@@ -44,7 +44,7 @@ from posreal.metric import (
     SummedRootMeanSquare,
 )
 from posreal.metric.damping_ratio import least_damping
-from posreal.plant.mounting import Mounting
+from posreal.plant.mounting import Copy, Mounting
 from posreal.plant.plant import Plant, Real
 from posreal.plant.second_order import SecondOrder
 from posreal.plant.shaping_filter import ShapingFilter
@@ -171,6 +171,7 @@ class PlanView:
                 has_default=True,
                 default_label="default (k | c)",
                 carried=self.mv / 2,
+                copies=(Copy((math.sqrt(0.5),), 2),),
                 usual=SECONDARY,
             ),
             "primary": Place(
@@ -181,6 +182,7 @@ class PlanView:
                 has_default=True,
                 default_label="default (k | c)",
                 carried=self.mg / 4,
+                copies=(Copy((math.sqrt(0.5), 0.0), 2), Copy((0.0, math.sqrt(0.5)), 2)),
                 usual=PRIMARY,
             ),
         }

@@ -39,7 +39,7 @@ from posreal.metric import (
     StaticStiffness,
     WeightedSum,
 )
-from posreal.plant.mounting import Mounting
+from posreal.plant.mounting import Copy, Mounting
 from posreal.plant.plant import Plant, Real
 from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
@@ -50,6 +50,7 @@ from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
 from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
 _TABLE4 = "Jiang2012, Table 4"
+_HALF = math.sqrt(0.5)
 SLOPE = ((0.0, 0.4), (1.0, -0.4))
 """Corners of the track velocity when running onto the slope: 0.4 m/s² for 1 s."""
 
@@ -193,6 +194,7 @@ class SideView:
                 has_default=True,
                 default_label="airspring only",
                 carried=self.mv / 2,
+                copies=(Copy((_HALF, _HALF)), Copy((_HALF, -_HALF))),  # front and rear
                 usual=SECONDARY,
                 travels=("deflection_overall_front", "deflection_overall_rear"),
             )
