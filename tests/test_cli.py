@@ -481,3 +481,48 @@ def test_ranges_that_cannot_be_used(posreal, tmp_path):
     path.write_text('b = ["1 t", "5 t"]\n')
     code, _, err = posreal("search", "vertical-comfort", "--elements", "1", "--ranges", str(path), "--any-values")
     assert (code, "give one of the two" in err) == (2, True)
+
+
+# --- real elements -------------------------------------------------------------------------------------------
+
+
+def test_real_elements_stand_beside_ideal_ones(posreal, tmp_path):
+    code, out, _ = posreal("evaluate", "vertical-comfort", "S4", "c=11049", "b=91.667", "--elements", "real")
+    assert code == 0
+    assert next(line for line in out.split("\n") if "J1z_T" in line).split()[:3] == ["J1z_T", "2.04425", "2.03215"]
+    assert "real elements: damper with ends of 5 MN/m; inerter with 1 kN·s/m beside it" in out
+    path = tmp_path / "soft.toml"
+    path.write_text('[inerter]\nend_stiffness = "1 MN/m"\n')
+    words = ("S4", "c=11049", "b=91.667", "--parts", str(path), "--json")
+    document = json.loads(posreal("evaluate", "vertical-comfort", *words)[1])
+    assert document["metrics"]["J1z_T"]["value"] == pytest.approx(2.584, abs=1e-3)
+    assert document["ideal"]["metrics"]["J1z_T"]["value"] == pytest.approx(2.03215, abs=1e-5)
+    assert document["elements"]["inerter"]["end_stiffness"] == 1e6
+    found = json.loads(posreal("search", "quarter-car", "--elements", "1", "--parts", "real", "--json")[1])
+    assert found["front"][0]["ideal"]["J1"]["value"] < found["front"][0]["objective"]
+
+
+def test_a_synthesised_network_is_shown_of_real_elements_too(posreal):
+    words = ("synthesise", "quarter-car", "--order", "1", "--starts", "2", "--parts", "real")
+    code, out, _ = posreal(*words)
+    assert code == 0
+    row = next(line for line in out.split("\n") if line.strip().startswith("J1 ")).split()
+    assert float(row[2]) == pytest.approx(1.58509, abs=1e-5)
+    assert float(row[1]) > float(row[2])
+    document = json.loads(posreal(*words, "--json")[1])
+    assert document["real"]["metrics"]["J1"]["value"] == pytest.approx(float(row[1]), abs=1e-5)
+    assert document["design"]["metrics"]["J1"]["value"] == pytest.approx(float(row[2]), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("evaluate", "quarter-car", "c=2000", "--parts", "ideal"), "give real, or a path ending in .toml"),
+        (("evaluate", "quarter-car", "100*s/(s+1)", "--parts", "real"), "an admittance has no elements"),
+        (("synthesise", "quarter-car", "--order", "0", "--parts", "real", "--no-realise"), "leave out --no-realise"),
+        (("search", "lateral-comfort", "--elements", "1", "--parts", "real", "--robust"), "leave out --parts"),
+    ],
+)
+def test_real_elements_that_cannot_be(posreal, words, says):
+    code, _, err = posreal(*words)
+    assert (code, says in err) == (2, True), err

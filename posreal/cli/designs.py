@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +20,7 @@ from posreal.cli.options import (
     Jobs,
     Limit,
     Objective,
+    Parts,
     Position,
     ProblemName,
     Ranges,
@@ -72,6 +74,7 @@ def evaluate(
     worst_case: WorstCase = None,
     at: At = None,
     ranges: Ranges = None,
+    parts: Parts = None,
     three_ways: Annotated[
         bool, typer.Option("--three-ways", help="Ride by frequency, by covariance, and on a simulated track.")
     ] = False,
@@ -97,6 +100,7 @@ def evaluate(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        parts=parts,
     )
     over = read_ranges(question, sweep or [])
     design = read_design(question, words(device))
@@ -107,7 +111,7 @@ def evaluate(
         document["metrics"] = metrics_to_dict(design.metrics)
         document |= {key: design.to_dict()[key] for key in ("constraints", "conditions", "cautions")}
         document["notes"] = list(design.found.get("notes", ()))
-        document["outside_usual"] = design.to_dict()["outside_usual"]
+        document |= {key: design.to_dict()[key] for key in ("outside_usual", "elements", "ideal")}
         if varied is not None:
             document["sweep"] = varied.to_dict()
         if ways is not None:
@@ -125,6 +129,7 @@ def optimise(
     layout: Annotated[list[str], typer.Argument(metavar="LAYOUT...", help="Layouts' names, or TOML files.")],
     any_values: AnyValues = False,
     ranges: Ranges = None,
+    parts: Parts = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     robust: Robust = False,
@@ -164,6 +169,7 @@ def optimise(
         cut_off=cut_off,
         ranges=ranges,
         band_only=band_only,
+        parts=parts,
     )
     over = read_ranges(question, sweep or [])
     asked = made_robust(question, robust, elements, of_vehicle)
@@ -203,6 +209,7 @@ def synthesise(
     ] = False,
     inerter: Annotated[bool, typer.Option("--inerter", help="A free inerter beside it, likewise.")] = False,
     ranges: Ranges = None,
+    parts: Parts = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
     robust: Robust = False,
@@ -225,6 +232,7 @@ def synthesise(
     width: Width = 100,
 ) -> None:
     """Find the best positive-real admittance of an order, then its network."""
+    from posreal.optimisation.evaluate import of_real_elements
     from posreal.study.robust import as_drawn, beside
     from posreal.study.strut import mounted, realised
     from posreal.study.sweep import read_ranges
@@ -244,8 +252,12 @@ def synthesise(
         cut_off=cut_off,
         ranges=ranges,
         band_only=band_only,
+        parts=parts,
     )
     over = read_ranges(question, sweep or [])
+    real, question = question.elements, replace(question, elements=None)
+    if real is not None and not realise:
+        raise BadInput("--parts is of a network's elements; leave out --no-realise")
     asked = made_robust(question, robust, elements, of_vehicle)
     if robust and not realise:
         raise BadInput("tolerances are of elements, so that --robust needs the network; leave out --no-realise")
@@ -272,17 +284,18 @@ def synthesise(
         strut = mounted(built.problem, realisation.network)
         written = write_network(realisation.network, write, strut=strut, terminals=ends)
     shown = built if realise else design
+    bought = None if real is None else of_real_elements(shown, real)
     varied = vary(shown, over) if over else None
     if as_json:
         beyond = (*shown.outside, *shown.out_of_stroke)
         network = {"network": network_dict(realisation, ascii, width, ends, beyond=beyond)} if realise else {}
-        extra = _extra(sweep=varied, robust=kept)
+        extra = _extra(sweep=varied, robust=kept, real=bought)
         print_json({"design": shown.to_dict(), "synthesised": design.to_dict(), **network, **extra})
         return
     assert shown.device is not None
     print(f"Device in its place, Y(s) [N s/m], exactly positive real:\n  {readable(shown.device)}\n")
     heading = f"{question.name}: synthesised, order {order}" + (NETWORKS if realise else "")
-    print_design(shown, heading=heading, usual=not realise)
+    print_design(shown if bought is None else bought, heading=heading, usual=not realise)
     if realise:
         print("\nNetwork by ", end="")
         print_network(realisation, ascii, width, shown=strut, terminals=ends, beyond=shown.usual_sentence)

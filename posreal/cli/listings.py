@@ -63,6 +63,7 @@ def vehicle(
                     for n, value, unit, meaning, source in rows
                 },
                 "places": list(model.places),
+                "elements": {n: p.elements.to_dict() for n, p in model.places.items() if p.elements is not None},
                 "usual": {n: place.usual.to_dict() for n, place in model.places.items() if place.usual is not None},
                 "metrics": {n: metric.unit for n, metric in model.metrics.items()},
             }
@@ -80,6 +81,8 @@ def vehicle(
     for n, place in model.places.items():
         if place.usual is not None:
             print(f"  usual at {n}: {place.usual}")
+        if place.elements is not None:
+            print(f"  real elements at {n}: {place.elements}")
     print(f"  metrics: {', '.join(f'{n} [{metric.unit}]' for n, metric in model.metrics.items())}")
 
 

@@ -107,6 +107,15 @@ Ranges = Annotated[
     Path | None,
     typer.Option("--ranges", metavar="FILE", help="TOML file of what can be bought; see `posreal ranges`."),
 ]
+Parts = Annotated[
+    str | None,
+    typer.Option(
+        "--parts",
+        "--elements",
+        metavar="real|FILE",
+        help="Real elements in place of ideal ones: inerters and dampers with their ends (real), or a TOML catalogue.",
+    ),
+]
 AnyValues = Annotated[
     bool, typer.Option("--any-values", help="Let element values be any, not only those that can usually be bought.")
 ]
@@ -146,6 +155,7 @@ def posed(
     cut_off: str | None = None,
     ranges: Path | None = None,
     band_only: bool = False,
+    parts: str | None = None,
 ) -> Problem:
     """The problem that the options describe."""
     from posreal.specification.named import problem
@@ -166,6 +176,7 @@ def posed(
         cut_off=end,
         ranges=ranges,
         band_only=band_only,
+        elements=parts,
     )
 
 

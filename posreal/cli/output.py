@@ -123,17 +123,19 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
 
     for line in titled(heading, design.problem):
         print(line)
-    if draw and design.network is not None:
-        print(f"\n{drawn(design.network, ascii, terminals=design.problem.place.terminals)}")
+    if draw and design.bought is not None:
+        print(f"\n{drawn(design.bought, ascii, terminals=design.problem.place.terminals)}")
         tuned = [
             f"{name} = {engineering(value, 'N/m' if name[0] == 'K' else 'N*s/m', 5)}"
             for name, value in design.parameters.items()
-            if name not in design.network.names
+            if name not in design.bought.names
         ]
         if tuned:
             print("  vehicle: " + ", ".join(tuned))
     header, rows = _figures(design)
-    print(f"\n{table(header, rows, 'lrlrrrl' if 'all frequencies' in header else 'lrlrl')}")
+    print(f"\n{table(header, rows, ''.join(_ALIGNED.get(name, 'l') for name in header))}")
+    if design.ideal is not None:
+        print(f"  real elements: {design.problem.elements}")
     for constraint in design.problem.constraints:
         print(f"  {constraint}: {constraint.verdict(design.metrics)}")
     how = [_finding(key, value) for key, value in design.found.items() if key != "notes" and value not in ([], ())]
@@ -145,23 +147,36 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print(f"  {design.usual_sentence}")
 
 
+_ALIGNED = dict.fromkeys(("value", "real", "ideal", "better", "all frequencies"), "r")
+
+
 def _figures(design: Design) -> tuple[list[str], list[list[str]]]:
-    """A row a metric; where some end at 20 Hz, what they are over all frequencies stands beside them."""
+    """A row a metric; where some end at 20 Hz, what they are over all frequencies stands beside them, and beside each
+    what it would be of ideal elements."""
     from posreal.vehicle import whole_band_twin
 
+    ideal = design.ideal
+
     def value(name: str) -> list[str]:
+        measured = None if ideal is None else ideal.metrics.get(name)
+        beside = [] if ideal is None else ["–" if measured is None else f"{measured.value:#.6g}"]
+        return [f"{design.metrics[name].value:#.6g}", *beside]
+
+    def better(name: str) -> str:
         gain = design.improvement(name) if _improves(design.problem, name) else None
-        return [f"{design.metrics[name].value:#.6g}", "" if gain is None else f"{gain:+.2f} %"]
+        return "" if gain is None else f"{gain:+.2f} %"
 
     beside = {name: whole_band_twin(design.problem.vehicle, name) for name in design.metrics}
     twins = {name: twin for name, twin in beside.items() if twin in design.metrics}
+    values = ["value"] if ideal is None else ["real", "ideal"]
     rows = []
     for name, metric in design.metrics.items():
         if name not in twins.values():
-            short, gain = value(name)
-            whole = value(twins[name] or "") if name in twins else ["", ""]
-            rows.append([name, short, metric.unit, gain, *(whole if twins else []), metric.at])
-    return ["metric", "value", "unit", "better", *(["all frequencies", "better"] if twins else []), ""], rows
+            twin = twins.get(name) or ""
+            whole = [*value(twin), better(twin)] if twin else [""] * (len(values) + 1)
+            rows.append([name, *value(name), metric.unit, better(name), *(whole if twins else []), metric.at])
+    everywhere = ["all frequencies", *values[1:], "better"] if twins else []
+    return ["metric", *values, "unit", "better", *everywhere, ""], rows
 
 
 def _improves(problem: Problem, name: str) -> bool:

@@ -49,6 +49,10 @@ def search(
     ] = None,
     any_values: AnyValues = False,
     ranges: Ranges = None,
+    parts: Annotated[
+        str | None,
+        typer.Option(metavar="real|FILE", help="Real elements in place of ideal ones: real, or a TOML catalogue."),
+    ] = None,
     limit: Annotated[
         list[str] | None,
         typer.Option(metavar="METRIC=VALUE", help="A metric that may not exceed a value, in its unit."),
@@ -101,7 +105,10 @@ def search(
         cut_off=cut_off,
         ranges=ranges,
         band_only=band_only,
+        parts=parts,
     )
+    if parts is not None and robust:
+        raise BadInput("--robust improves the values of ideal elements; leave out --parts")
     asked = made_robust(question, robust, of_elements, of_vehicle)
     if plot is not None:
         require_writable(plot, FORMATS)

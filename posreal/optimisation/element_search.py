@@ -35,6 +35,7 @@ from posreal.optimisation.local import AtLeast, AtMost, Damped, Requirement, fin
 from posreal.optimisation.mean_square import Modes, modes
 from posreal.optimisation.problem_figures import figure_of, objective_figures
 from posreal.optimisation.scaling import STRUT
+from posreal.specification.as_made import layout_as_made
 from posreal.specification.constraint import ROUNDING, Constraint
 from posreal.specification.layout import Layout
 from posreal.specification.problem import Problem
@@ -104,7 +105,7 @@ class ElementSearch:
     ----------
     problem : Problem
     layout : Layout
-        The strut, with what its elements stand for.
+        The strut, with what its elements stand for; of ideal elements, in place of which the problem's are taken.
     panels : int
         A decade of the figures' grids: few, to descend from many starts; the usual number for what is found.
 
@@ -116,7 +117,8 @@ class ElementSearch:
 
     def __init__(self, problem: Problem, layout: Layout, *, panels: int = PANELS) -> None:
         layout.require(problem)
-        self.problem, self.layout, self.panels = problem, layout, panels
+        self.problem, self.ideal, self.panels = problem, layout, panels
+        self.layout = layout = layout_as_made(layout, problem)
         self.elements = ElementValues(problem, layout)
         # the static spring is the layout's own element, so what is left free are the primary parameters
         self.free = {name: r for name, r in problem.free.items() if name not in problem.roles.values()}

@@ -8,6 +8,7 @@ static spring or behind the bush.
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -20,8 +21,12 @@ from posreal.bounds.guard import guarded
 from posreal.errors import BadDevice, BadInput, listed, shown
 from posreal.files import read_json
 from posreal.network import Network
+from posreal.network.as_made import made
 from posreal.network.read_device import is_file, read_device
+from posreal.optimisation.caveats import caveats
 from posreal.optimisation.layout_values import evaluate_layout
+from posreal.real_elements import RealElements
+from posreal.specification.as_made import Ideal, ideal_beside
 from posreal.specification.design import Design
 from posreal.specification.layout import layout
 from posreal.specification.named import as_problem
@@ -55,14 +60,45 @@ def evaluate(problem: Problem | str, device: Any, *, label: str | None = None) -
     problem = as_problem(problem)
     if isinstance(device, str):
         return read_design(problem, device.split() if _is_layout(device) else [device])
-    network = device if isinstance(device, Network) else None
-    admittance = problem.default_device if device is None else require(as_rational(device))
+    bought = device if isinstance(device, Network) else None
+    if problem.elements is not None and bought is None and device is not None:
+        raise BadInput("an admittance has no elements that could be real ones; give a network, such as realise makes")
+    network = None if bought is None else made(bought, problem.elements)
+    admittance = problem.default_device if device is None else require(as_rational(network or device))
     metrics = problem.metrics(problem.port(admittance))
-    values = {} if network is None else network.values()
+    values = {} if bought is None else bought.values()
+    ideal = None if bought is None else ideal_beside(problem, bought)
     name = label or ("default" if device is None else str(device))
     twice = [] if device is None or admittance is None else _twice(problem, admittance)
     found = {"notes": twice} if twice else {}
-    return guarded(Design(name, problem, admittance, metrics, network=network, parameters=values, found=found))
+    return guarded(
+        Design(name, problem, admittance, metrics, network=network, parameters=values, found=found, ideal=ideal)
+    )
+
+
+def of_real_elements(design: Design, elements: RealElements) -> Design:
+    """A design with a network in the device's place, its elements those that are bought; ideal ones stand beside.
+
+    Raises
+    ------
+    Infeasible
+        If the vehicle is not stable with it.
+    """
+    assert design.network is not None
+    assert not design.whole
+    posed = dataclasses.replace(design.problem, elements=elements)
+    network = made(design.network, elements)
+    device = network.admittance()
+    real = dataclasses.replace(
+        design,
+        problem=posed,
+        network=network,
+        device=device,
+        metrics=posed.metrics(posed.port(device)),
+        ideal=Ideal(design.network, design.metrics),
+    )
+    notes = [*design.found.get("notes", ()), *(f"of real elements: {said}" for said in caveats(real))]
+    return guarded(dataclasses.replace(real, found={**design.found, "notes": notes}))
 
 
 def _twice(problem: Problem, device: Rational) -> list[str]:

@@ -25,6 +25,7 @@ from posreal.optimisation.both_bands import in_both_bands
 from posreal.optimisation.caveats import reported
 from posreal.optimisation.element_search import ElementSearch, Point, best_settled, distinct
 from posreal.optimisation.mean_square import has_light_modes
+from posreal.specification.as_made import ideal_beside, layout_as_made
 from posreal.specification.design import Design
 from posreal.specification.layout import Layout
 from posreal.specification.layout import layout as read_layout
@@ -91,7 +92,7 @@ def optimise(
         usual = _best(problem, within(layout, problem), starts, seed, jobs, progress, known=free.parameters)
     except Infeasible as error:
         raise Infeasible(f"{here}: {error}; {lifted}") from None
-    ends = at_ends(usual.network, problem.usual, own=own_springs(problem)) if usual.network is not None else []
+    ends = at_ends(usual.bought, problem.usual, own=own_springs(problem)) if usual.bought is not None else []
     said = f"{'; '.join(ends)}; {lifted}" if ends else f"only values that can usually be bought; {lifted}"
     return reported(replace(usual, found={**usual.found, "notes": [said]}))
 
@@ -166,7 +167,7 @@ def _in_one(
 
 def measured(search: ElementSearch, point: Point) -> Design:
     """Everything about a point, by the problem's own metrics."""
-    return evaluate_layout(search.tuned(point), search.layout, search.elements.values(point[0]), vehicle=point[1])
+    return evaluate_layout(search.tuned(point), search.ideal, search.elements.values(point[0]), vehicle=point[1])
 
 
 def evaluate_layout(
@@ -177,11 +178,20 @@ def evaluate_layout(
     vehicle: Mapping[str, float] | None = None,
 ) -> Design:
     """A layout at given element values as a design; `vehicle` names tuned parameters for the record."""
-    network = layout.valued(problem, values)
+    network = layout_as_made(layout, problem).valued(problem, values)
     device = network.admittance()
     metrics = problem.metrics(problem.port(device, whole=True))
-    parameters = network.values() | dict(vehicle or {})
-    return Design(layout.name, problem, device, metrics, network=network, whole=True, parameters=parameters)
+    own = layout.valued(problem, {name: value for name, value in values.items() if name in layout.network.names})
+    return Design(
+        layout.name,
+        problem,
+        device,
+        metrics,
+        network=network,
+        ideal=ideal_beside(problem, own, whole=True),
+        whole=True,
+        parameters=own.values() | dict(vehicle or {}),
+    )
 
 
 def _at_bounds(search: ElementSearch, parameters: Mapping[str, float]) -> list[str]:

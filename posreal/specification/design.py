@@ -16,6 +16,7 @@ from posreal.errors import Infeasible
 from posreal.metric import Measured
 from posreal.network import Network, nodal_admittance
 from posreal.network.usual import Outside, outside, sentence
+from posreal.specification.as_made import Ideal
 from posreal.specification.conditions import cautions, conditions
 from posreal.specification.problem import Problem
 from posreal.specification.usual import out_of_stroke, own_springs
@@ -45,6 +46,8 @@ class Design:
         Element values by name and chosen vehicle parameters, SI units.
     found : mapping
         How it was found: method, starts, how many agreed, seed, seconds, notes.
+    ideal : Ideal or None
+        The same of ideal elements, where the problem has real ones: `network` then holds what comes with each element.
     """
 
     label: str
@@ -55,6 +58,7 @@ class Design:
     whole: bool = False
     parameters: Mapping[str, float] = field(default_factory=dict)
     found: Mapping[str, Any] = field(default_factory=dict)
+    ideal: Ideal | None = None
 
     def __str__(self) -> str:
         """What was designed for what, each figure, what breaks, and the device, a line each."""
@@ -104,6 +108,11 @@ class Design:
         return self.problem.port(inner, whole=self.whole)
 
     @property
+    def bought(self) -> Network | None:
+        """The network by the values that are bought, without what comes with the elements."""
+        return self.network if self.ideal is None else self.ideal.network
+
+    @property
     def objective(self) -> Measured:
         """The figure that the problem minimises."""
         return self.metrics[self.problem.objective]
@@ -122,7 +131,7 @@ class Design:
     def outside(self) -> tuple[Outside, ...]:
         """What cannot usually be bought: elements of the network, springs of the vehicle's own left out."""
         own = own_springs(self.problem) if self.whole else None
-        return () if self.network is None else tuple(outside(self.network, self.problem.usual, own=own))
+        return () if self.bought is None else tuple(outside(self.bought, self.problem.usual, own=own))
 
     @property
     def usual_sentence(self) -> str:
@@ -195,6 +204,10 @@ class Design:
                 "rational": None if self.device is None else self.device.to_dict(),
             },
             "order": self.order,
+            "elements": None if self.problem.elements is None else self.problem.elements.to_dict(),
+            "ideal": None
+            if self.ideal is None
+            else {"network": str(self.ideal.network), "metrics": metrics_to_dict(self.ideal.metrics)},
             "parameters": dict(self.parameters),
             "outside_usual": [one.to_dict() for one in (*self.outside, *self.out_of_stroke)],
             "feasible": self.feasible,

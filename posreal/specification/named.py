@@ -12,6 +12,7 @@ import numpy as np
 from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import DampingRatio, Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
+from posreal.real_elements import RealElements, read_elements
 from posreal.specification.conditions import cut, in_weighting
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
@@ -111,6 +112,7 @@ def problem(
     cut_off: float | None = None,
     ranges: Any = None,
     band_only: bool = False,
+    elements: Any = None,
 ) -> Problem:
     """A design problem by name.
 
@@ -151,6 +153,10 @@ def problem(
     band_only : bool
         Whether a search may return a device that is worse than the default suspension over all frequencies, where the
         objective ends at 20 Hz.
+    elements : "real", path, mapping or RealElements, optional
+        What comes with the springs, dampers and inerters that are bought, which `evaluate`, `optimise` and `search`
+        then take in place of ideal ones: what is usual, a TOML catalogue, or a mapping; see
+        :mod:`posreal.real_elements`.
 
     Raises
     ------
@@ -199,6 +205,8 @@ def problem(
         chosen = dataclasses.replace(chosen, name=named, vehicle=there)
     if ranges is not None:
         chosen = dataclasses.replace(chosen, ranges=_ranges(ranges, chosen.usual))
+    if elements is not None:
+        chosen = dataclasses.replace(chosen, elements=_elements(elements, chosen))
     if limits:
         chosen = limited(chosen, limits)
     return over_points(chosen, worst_case) if worst_case else chosen
@@ -268,6 +276,16 @@ def _ranges(given: Any, usual: UsualRanges | None) -> UsualRanges:
     if isinstance(given, UsualRanges):
         return given
     return ranges_from(given, usual) if isinstance(given, Mapping) else read_ranges(given, usual)
+
+
+def _elements(given: Any, problem: Problem) -> RealElements:
+    if isinstance(given, RealElements):
+        return given
+    if given != "real":
+        return read_elements(given)
+    if problem.place.elements is None:
+        raise BadInput(f"of {problem.name} no real elements are known; give a TOML catalogue")
+    return problem.place.elements
 
 
 def minimising(problem: Problem, objective: str) -> Problem:

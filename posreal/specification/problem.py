@@ -23,6 +23,7 @@ from posreal.metric import Measured
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.ranges import UsualRanges
+from posreal.real_elements import RealElements
 from posreal.specification.constraint import ROUNDING, Constraint, Range
 from posreal.specification.goal import Goal
 from posreal.specification.tolerances import TOLERANCE, Tolerances, tolerances
@@ -69,6 +70,8 @@ class Problem:
     band_only : bool
         Whether a design may be worse than the default suspension over all frequencies, where the objective ends at
         20 Hz. By default it may not: its ringing above is no gain.
+    elements : RealElements or None
+        What comes with the elements that are bought; None: they are ideal.
     """
 
     name: str
@@ -84,6 +87,7 @@ class Problem:
     tolerances: Tolerances | None = None
     ranges: UsualRanges | None = None
     band_only: bool = False
+    elements: RealElements | None = None
 
     def robust(
         self,

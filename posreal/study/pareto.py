@@ -78,6 +78,8 @@ class Pareto:
         header = ["elements", "network", f"{problem.objective} [{unit}]", "better", "degree", "k+c+b"]
         header += [] if twin is None else [f"over all frequencies [{unit}]"]
         header += [f"{search.metric} [{search.best.metrics[search.metric].unit}]"] if search.metric else []
+        real = problem.elements is not None
+        header += [f"ideal [{unit}]"] if real else []
         header += ["above synthesis"] if has_synthesis else []
         rows = []
         for point in search.front:
@@ -92,6 +94,7 @@ class Pareto:
             ]
             row += [] if twin is None else [f"{point.design.metrics[twin].value:#.5g}"]
             row += [f"{point.design.metrics[search.metric].value:#.5g}"] if search.metric else []
+            row += [_of_ideal(point)] if real else []
             row += [percent(gap)] if has_synthesis else []
             rows.append(row)
         words = in_words(problem)
@@ -113,6 +116,11 @@ class Pareto:
     def _notes(self) -> list[str]:
         search, problem = self.search, self.search.problem
         notes = [f"Subject to {constraint}." for constraint in problem.constraints]
+        if problem.elements is not None:
+            notes += [
+                f"Real elements: {problem.elements}.",
+                "Ideal: the same values without what comes with them; degree is that of the real network.",
+            ]
         notes += [
             f"{_count(point.elements)}: {note}." for point in search.front for note in point.design.found["notes"]
         ]
@@ -297,13 +305,19 @@ def pareto(
 
 def _bought(design: Design) -> int:
     """Elements of a layout besides the one that stands for a part of the vehicle."""
-    assert design.network is not None
+    assert design.bought is not None
     rules = layout(design.label).rules
-    return len(design.network) - sum(rule.role is not None for rule in rules.values())
+    return len(design.bought) - sum(rule.role is not None for rule in rules.values())
 
 
 def _count(elements: int) -> str:
     return "1 element" if elements == 1 else f"{elements} elements"
+
+
+def _of_ideal(point: FrontPoint) -> str:
+    """The objective of the same values in ideal elements."""
+    ideal, name = point.design.ideal, point.design.problem.objective
+    return "–" if ideal is None or name not in ideal.metrics else f"{ideal.metrics[name].value:#.5g}"
 
 
 def _topology(point: FrontPoint) -> str:

@@ -16,7 +16,7 @@ from itertools import product
 
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.bounds.guard import guarded
-from posreal.errors import PosrealError
+from posreal.errors import BadInput, PosrealError
 from posreal.network import Network
 from posreal.network.removal import removed
 from posreal.optimisation.layout_values import improve, promise
@@ -133,6 +133,8 @@ class _Start:
     @cached_property
     def layout(self) -> Layout:
         """The strut, its values free but for the bush and a settled static spring."""
+        if self.problem.elements is not None:
+            raise BadInput("parts are left out, and values improved, of ideal elements")
         strut = mounted(self.problem, self.network)
         return Layout("", strut, "", "", {name: _rule(name, v) for name, v in strut.exact_values().items()}, ())
 

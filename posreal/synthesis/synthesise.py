@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from posreal.numerics.threads import one_thread
@@ -35,7 +36,7 @@ def synthesise(
     ``found`` holds what the iterated SDPs reached alone (``bmi``) and what finishing reached (``ph``), the number of
     starts and how many of them agreed within 0.1 %, seed and seconds.
     """
-    problem = as_problem(problem)
+    problem = replace(as_problem(problem), elements=None)  # an admittance has none
     options: dict[str, Any] = {} if starts is None else {"starts": starts}
     options |= {"method": method, "seed": seed, "spring": spring, "inerter": inerter, "jobs": jobs}
 

@@ -23,7 +23,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from posreal.network.as_made import leaf
 from posreal.network.topologies import Form, letters
+from posreal.real_elements import Parasitics, RealElements
 
 Array = NDArray[Any]
 Pull = Callable[[Array, Array], None]  # takes an adjoint, fills in gradients
@@ -33,15 +35,16 @@ _POWER = {"k": -1, "c": 0, "b": 1}
 
 @dataclass(frozen=True)
 class Grid:
-    """Points s and their powers −1, 0, 1, shapes (N,)."""
+    """Points s and their powers −1, 0, 1, shapes (N,), and what comes with the elements that stand there."""
 
     s: Array
     powers: tuple[Array, Array, Array]
+    elements: RealElements | None = None
 
     @classmethod
-    def at(cls, s: Array) -> Grid:
+    def at(cls, s: Array, elements: RealElements | None = None) -> Grid:
         """The grid of given points."""
-        return cls(s, (1 / s, np.ones_like(s), s))
+        return cls(s, (1 / s, np.ones_like(s), s), elements)
 
 
 def admittance(form: Form, theta: Array, grid: Grid) -> tuple[Array, Callable[[Array], Array]]:
@@ -111,6 +114,8 @@ def _inverted(value: Array, back: Pull) -> tuple[Array, Pull]:
 
 
 def _element(letter: str, index: int, values: Array, grid: Grid, impedance: bool) -> tuple[Array, Pull]:
+    if grid.elements is not None and not (kind := grid.elements.of(letter)).is_nothing:
+        return _real_element(kind, letter, index, values, grid, impedance)
     power = -_POWER[letter] if impedance else _POWER[letter]
     size = 1 / values[:, index] if impedance else values[:, index]
     sign = -1.0 if impedance else 1.0
@@ -120,6 +125,20 @@ def _element(letter: str, index: int, values: Array, grid: Grid, impedance: bool
         gradient[:, index] = sign * size * (g.real @ points.real - g.imag @ points.imag)
 
     return np.multiply.outer(size, points), back
+
+
+def _real_element(
+    kind: Parasitics, letter: str, index: int, values: Array, grid: Grid, impedance: bool
+) -> tuple[Array, Pull]:
+    """An element with what comes with it: Y of the whole, ∂Y/∂ log θ = Y₀ times its share of the slope."""
+    own = np.multiply.outer(values[:, index], grid.powers[_POWER[letter] + 1])
+    y, share = leaf(kind, own, grid.s)
+    slope = own * share
+
+    def back(g: Array, gradient: Array) -> None:
+        gradient[:, index] = (g * slope).real.sum(axis=1)
+
+    return _inverted(y, back) if impedance else (y, back)
 
 
 def _bridge(children: list[Any], values: Array, grid: Grid) -> tuple[Array, Pull]:

@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 
 from posreal.network.topologies import Form, letters
 from posreal.numerics.batched_descent import descend
+from posreal.real_elements import RealElements
 from posreal.topology.batch import Array, Grid, admittance
 from posreal.topology.ground import Units
 
@@ -26,7 +27,12 @@ _ANGLE = math.pi / 3  # of the ray
 
 
 def fitted(
-    form: Form, target: Array, points: Array, scale: Units, rng: np.random.Generator
+    form: Form,
+    target: Array,
+    points: Array,
+    scale: Units,
+    rng: np.random.Generator,
+    elements: RealElements | None = None,
 ) -> tuple[float, ...] | None:
     """Values with which a topology has the admittance `target` at `points`, or None.
 
@@ -38,9 +44,11 @@ def fitted(
     scale : Scale
         The vehicle's units, about which starts lie.
     rng : Generator
+    elements : RealElements or None
+        What comes with each element.
     """
     kinds = letters(form)
-    grid = Grid.at(points)
+    grid = Grid.at(points, elements)
     unit = np.log(scale.units(kinds))
     starts = unit + math.log(10.0) * rng.uniform(-2.0, 2.0, size=(_STARTS, len(kinds)))
 

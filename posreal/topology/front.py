@@ -16,10 +16,12 @@ import numpy as np
 
 from posreal.errors import PosrealError
 from posreal.network import Network
+from posreal.network.as_made import made
 from posreal.network.topologies import Form, key, letters, valued
 from posreal.network.usual import at_ends
 from posreal.optimisation.caveats import reported
 from posreal.ranges import UsualRanges
+from posreal.specification.as_made import ideal_beside
 from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.text_table import counted
@@ -99,7 +101,8 @@ def front(
 def designed(problem: Problem, settings: SearchSettings, one: Found) -> Design | None:
     """What was found for a topology, measured by the problem's own metrics; None if these do not accept it."""
     count = len(letters(one.form))
-    network = valued(one.form, one.values[:count])
+    bought = valued(one.form, one.values[:count])
+    network = made(bought, problem.elements)
     tuned = problem.with_vehicle(dict(zip(problem.free, one.values[count:], strict=True)))
     device = network.admittance()
     try:
@@ -113,14 +116,15 @@ def designed(problem: Problem, settings: SearchSettings, one: Found) -> Design |
         device,
         metrics,
         network=network,
-        parameters=network.values() | vehicle,
+        ideal=ideal_beside(tuned, bought),
+        parameters=bought.values() | vehicle,
         found={
             "method": "search over topologies, exact gradients",
             "starts": one.starts,
             "agreed": one.agreed,
             "seed": settings.seed,
-            "at_bounds": _at_bounds(network, settings),
-            "notes": _at_usual_ends(network, problem, settings),
+            "at_bounds": _at_bounds(bought, settings),
+            "notes": _at_usual_ends(bought, problem, settings),
         },
     )
     return design if design.feasible else None
@@ -165,7 +169,7 @@ def _with_company(
     for form in everything:
         if form == one.form or classed[form] not in near or problem.tolerances is not None:
             continue  # networks of one admittance are not one within tolerances
-        values = fitted(form, target, points, unit, generator(settings.seed, form))
+        values = fitted(form, target, points, unit, generator(settings.seed, form), problem.elements)
         if values is not None and _within(form, values, settings):
             equivalent.append(valued(form, values))
             same.add(form)

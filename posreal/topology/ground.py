@@ -24,11 +24,14 @@ from functools import cached_property
 
 import numpy as np
 
+from posreal.network.as_made import made
 from posreal.network.topologies import Form, letters, valued
 from posreal.optimisation.mean_square import MeanSquare, Modes, mean_square, modes
+from posreal.plant.mounting import Mounting
 from posreal.specification.problem import Problem
 from posreal.topology.batch import Array, Grid, admittance
 
+_DAMPERS = np.geomspace(1e-3, 1e1, 5)  # of the port's middle impedance
 _LEFT_OUT = 1e-8  # of the mean square: what the lowest points of a coarse grid may hold and still be dropped
 
 
@@ -73,9 +76,9 @@ class Ground:
         self.primary_open = any(name != self._tied for name in self.vehicle_names)
         figure = mean_square(problem, primary_open=self.primary_open, panels=panels, light=light)
         port = figure.port
-        keep = slice(_negligible(figure) if trimmed else 0, None)
+        keep = slice(_negligible(figure, problem.mounting) if trimmed else 0, None)
         self._weight = figure.scale * figure.weight[keep]
-        self.grid = Grid.at(figure.s[keep])
+        self.grid = Grid.at(figure.s[keep], problem.elements)
         self._Tzw, self._Tzf, self._Pvw, self._Pvf = (
             port.Tzw[keep],
             port.Tzf[keep],
@@ -94,7 +97,7 @@ class Ground:
         """The same on a grid that sees the vehicle's modes with the network of one θ (n,) in place."""
         count, values = len(letters(form)), np.exp(theta).tolist()
         tuned = self.problem.with_vehicle(dict(zip(self.vehicle_names, values[count:], strict=True)))
-        port = tuned.port(valued(form, values[:count]).admittance())
+        port = tuned.port(made(valued(form, values[:count]), tuned.elements).admittance())
         return Ground(self.problem, self.panels, light=modes(tuned, port))
 
     def value_and_gradient(self, form: Form, theta: Array) -> tuple[Array, Array]:
@@ -177,12 +180,17 @@ class Ground:
         return Units(math.exp(float(best[0, 0])), omega0)
 
 
-def _negligible(ride: MeanSquare) -> int:
-    """How many of the lowest points carry nothing of the ride figure, with a reference damper at the port."""
-    rough = (1 / np.abs(ride.port.Pvf[:, 0, 0])).astype(complex)
-    z, _ = ride.port.closed({group: rough for group in set(ride.port.groups)})
-    share = np.cumsum(ride.rule.weight * np.abs(z) ** 2)
-    return int(np.searchsorted(share, _LEFT_OUT * share[-1]))
+def _negligible(ride: MeanSquare, mounting: Mounting) -> int:
+    """How many of the lowest points carry nothing of the ride figure, whichever damper is at the port."""
+    middle, ones = math.exp(-float(np.mean(np.log(np.abs(ride.port.Pvf[:, 0, 0]))))), np.ones(len(ride.s), complex)
+    fewest = len(ride.s)
+    for damper in middle * _DAMPERS:
+        ports = dict.fromkeys(ride.port.groups, damper * ones)
+        ports["secondary"] = mounting.response(damper * ones, ride.s)[0]
+        z, _ = ride.port.closed(ports)
+        share = np.cumsum(ride.rule.weight * np.abs(z) ** 2)
+        fewest = min(fewest, int(np.searchsorted(share, _LEFT_OUT * share[-1])))
+    return fewest
 
 
 def _do_not_couple(Pvf: Array) -> bool:

@@ -51,9 +51,9 @@ class FrontPoint:
 
     @property
     def network(self) -> Network:
-        """The network in the device's place."""
-        assert self.design.network is not None
-        return self.design.network
+        """The network in the device's place, by the values that are bought."""
+        assert self.design.bought is not None
+        return self.design.bought
 
     @property
     def elements(self) -> int:
@@ -69,6 +69,7 @@ class FrontPoint:
             "notation": str(self.network),
             "topology": str(self.network.topology()),
             "degree": self.design.order,
+            "ideal": None if self.design.ideal is None else metrics_to_dict(self.design.ideal.metrics),
             "parameters": dict(self.design.parameters),
             "metrics": metrics_to_dict(self.design.metrics),
             "equivalent": [str(network) for network in self.equivalent],
@@ -214,6 +215,7 @@ class Search:
             "elements": self.elements,
             "objective": self.problem.objective,
             "metric": self.metric,
+            "real_elements": None if self.problem.elements is None else self.problem.elements.to_dict(),
             "conditions": conditions(self.problem),
             "cautions": cautions(self.problem),
             "bounds": {kind: list(pair) for kind, pair in self.bounds.items()},

@@ -125,7 +125,8 @@ def search(
     require_figures(posed)
     if metric is not None:
         require_metric(posed, metric)
-    classed = _classes(elements, bool(settings.bounds) or posed.tolerances is not None)
+    alone = bool(settings.bounds) or posed.tolerances is not None or posed.elements is not None
+    classed = _classes(elements, alone)
     header = _header(posed, settings)
     found: dict[Form, Found] = {}
     with (
@@ -179,9 +180,9 @@ def best_of_each(
     return [best_values(problem, form, settings, warm, limit) for form, warm, limit in chunk]
 
 
-def _classes(elements: int, bounded: bool) -> Mapping[Form, Form]:
-    """Which topology stands for which; each for itself where values have bounds or tolerances."""
-    if bounded:
+def _classes(elements: int, alone: bool) -> Mapping[Form, Form]:
+    """Which topology stands for which; each for itself where values have bounds or tolerances, or elements are real."""
+    if alone:
         return {form: form for size in range(1, elements + 1) for form in topologies(size)}
     return classes(elements)
 
@@ -223,6 +224,8 @@ def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},
         "bounds": {kind: list(pair) for kind, pair in settings.bounds.items()},
     }
+    if problem.elements is not None:
+        identity["elements"] = problem.elements.to_dict()
     if problem.tolerances is not None:
         identity["tolerances"] = str(problem.tolerances)
     return {

@@ -21,6 +21,7 @@ from posreal.network.topologies import Form, letters
 from posreal.numerics.batched_descent import descend
 from posreal.optimisation.mean_square import has_light_modes
 from posreal.optimisation.scaling import reference
+from posreal.real_elements import RealElements
 from posreal.specification.constraint import Constraint, Range
 from posreal.specification.problem import Problem
 from posreal.topology.batch import Array
@@ -170,7 +171,8 @@ def _within_limits(
     limit: float,
 ) -> Found:
     """The best values where other mean squares are limited: a growing penalty, then the limits as they are measured."""
-    if "c" not in letters(form):  # what rings above the objective's band has nothing to ring less by
+    if "c" not in letters(form) and problem.elements is None:
+        # what rings above the objective's band has nothing to ring less by
         return Found(form, math.inf, (), 0, settings.starts)
     rough = ground(problem, _panels(problem))
     limits = [(_at(problem, c, _panels(problem)), c.value) for c in problem.constraints]
@@ -211,7 +213,7 @@ def penalised(
 def _at(problem: Problem, constraint: Constraint, panels: int) -> Ground:
     """The ground of a limited mean square, at its operating point."""
     there = problem.at_points[constraint.point] if constraint.point else problem
-    return _ground(there.vehicle, constraint.base, tuple(problem.free.items()), panels)
+    return _ground(there.vehicle, constraint.base, tuple(problem.free.items()), problem.elements, panels)
 
 
 def apart(value: Array) -> list[int]:
@@ -250,9 +252,11 @@ def polished(problem: Problem, form: Form, box: Box, theta: Array) -> tuple[Arra
 
 def ground(problem: Problem, panels: int) -> Ground:
     """The ground of a problem, kept: every topology of a search stands on the same one."""
-    return _ground(problem.vehicle, problem.objective, tuple(problem.free.items()), panels)
+    return _ground(problem.vehicle, problem.objective, tuple(problem.free.items()), problem.elements, panels)
 
 
 @lru_cache(maxsize=32)
-def _ground(vehicle: Vehicle, objective: str, free: tuple[tuple[str, Range], ...], panels: int) -> Ground:
-    return Ground(Problem("", "", vehicle, objective, free=dict(free)), panels, trimmed=True)
+def _ground(
+    vehicle: Vehicle, objective: str, free: tuple[tuple[str, Range], ...], elements: RealElements | None, panels: int
+) -> Ground:
+    return Ground(Problem("", "", vehicle, objective, free=dict(free), elements=elements), panels, trimmed=True)

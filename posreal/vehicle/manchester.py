@@ -27,6 +27,7 @@ from posreal.plant.mounting import Copy, Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
+from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.side_view import SideView, seen_from_the_side, vertical_metrics, weighted
@@ -94,6 +95,7 @@ class ManchesterCoach:
                 carried=self.mv / 4,
                 copies=(Copy((0.5, 0.5), 2), Copy((0.5, -0.5), 2)),  # front and rear, on either side
                 usual=SECONDARY,
+                elements=RAIL,
                 travels=("deflection_overall_front", "deflection_overall_rear"),
             )
         }

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from posreal.admittance import Rational
 from posreal.plant.mounting import Copy, Mounting
 from posreal.ranges import UsualRanges
+from posreal.real_elements import RealElements
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class Place:
         Mass that rests on one port, kg; 0 where the plant knows of none.
     usual : UsualRanges or None
         What can be bought for it; None where nobody has said.
+    elements : RealElements or None
+        What comes with the elements that are bought for it; None where nobody has said.
     travels : tuple of str
         Metrics, in mm, of how far a device there moves to either side.
     copies : tuple of Copy
@@ -49,5 +52,6 @@ class Place:
     default_label: str = "default"
     carried: float = 0.0
     usual: UsualRanges | None = None
+    elements: RealElements | None = None
     travels: tuple[str, ...] = ()
     copies: tuple[Copy, ...] = ()

@@ -49,6 +49,7 @@ from posreal.plant.plant import Plant, Real
 from posreal.plant.second_order import SecondOrder
 from posreal.plant.shaping_filter import ShapingFilter
 from posreal.ranges import PRIMARY, SECONDARY
+from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
@@ -173,6 +174,7 @@ class PlanView:
                 carried=self.mv / 2,
                 copies=(Copy((math.sqrt(0.5),), 2),),
                 usual=SECONDARY,
+                elements=RAIL,
             ),
             "primary": Place(
                 Mounting(beside=Rational.spring(self.Kpy), behind=None),
@@ -184,6 +186,7 @@ class PlanView:
                 carried=self.mg / 4,
                 copies=(Copy((math.sqrt(0.5), 0.0), 2), Copy((0.0, math.sqrt(0.5)), 2)),
                 usual=PRIMARY,
+                elements=RAIL,
             ),
         }
 

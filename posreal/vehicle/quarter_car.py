@@ -24,6 +24,7 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import ROAD
+from posreal.real_elements import ROAD as REAL_ROAD
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND
@@ -84,6 +85,7 @@ class QuarterCar:
                 terminals=("body", "wheel"),
                 carried=self.ms,
                 usual=ROAD,
+                elements=REAL_ROAD,
             )
         }
 

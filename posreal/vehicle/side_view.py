@@ -44,6 +44,7 @@ from posreal.plant.plant import Plant, Real
 from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
+from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
@@ -196,6 +197,7 @@ class SideView:
                 carried=self.mv / 2,
                 copies=(Copy((_HALF, _HALF)), Copy((_HALF, -_HALF))),  # front and rear
                 usual=SECONDARY,
+                elements=RAIL,
                 travels=("deflection_overall_front", "deflection_overall_rear"),
             )
         }
