@@ -92,7 +92,7 @@ def shown(given: object, most: int = 60) -> str:
 
 def listed(names: Iterable[object]) -> str:
     """``a, b or c``: what would have been accepted, for the end of a message."""
-    words = [str(name) for name in names]
+    words = [str(name) for name in names] or ["none"]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
 
 

@@ -27,7 +27,7 @@ from posreal.errors import BadInput, listed, shown
 from posreal.network.read_device import read_device
 from posreal.plant.plant import Plant
 from posreal.specification.goal import Goal
-from posreal.specification.named import limited
+from posreal.specification.limits import limited
 from posreal.specification.problem import Problem
 from posreal.vehicle import UserPlant
 
@@ -48,6 +48,8 @@ def problem_from_plant(
     limits: Mapping[str, float] | None = None,
     beside: Any = None,
     behind: Any = None,
+    units: Mapping[str, str] | None = None,
+    terminals: Sequence[str] = ("+", "-"),
     name: str = "plant",
 ) -> Problem:
     """A design problem from a python-control state space.
@@ -78,6 +80,10 @@ def problem_from_plant(
         Upper limits, such as ``{"rms_stroke": 0.02}``.
     beside, behind : device, optional
         What stands in parallel, in series with the device whatever it is; positive real, `behind` a spring.
+    units : mapping of output to str, optional
+        In which the outputs are, for tables.
+    terminals : (str, str)
+        What the device stands between, for diagrams.
     name : str
         Of the problem.
 
@@ -141,7 +147,8 @@ def problem_from_plant(
     around = [None if part is None else require(as_rational(_read(part))) for part in (beside, behind)]
     if around[1] is not None and around[1] != Rational.spring(around[1].static_stiffness):
         raise BadInput("behind the device stands a spring or nothing; make anything else a part of the plant")
-    own = UserPlant(plant, around[0], around[1], name)
+    _indices("output", plant.outputs, list(units or {}))
+    own = UserPlant(plant, around[0], around[1], name, dict(units or {}), (terminals[0], terminals[1]))
     if objective not in ("rms", "gain"):
         raise BadInput(f"unknown objective {shown(objective)}; accepted are rms or gain")
     goal = _goal(plant, objective, wanted, weights)

@@ -84,9 +84,11 @@ class Layout:
         if not self.fits(problem):
             missing = listed(sorted(self.roles - set(problem.roles)))
             fitting = [entry.name for entry in layouts() if entry.fits(problem)]
+            others = (
+                f"layouts that fit it are {listed(fitting)}" if fitting else "a TOML file with a layout of its own may"
+            )
             raise BadInput(
-                f"layout {plain(self.name, 40)} contains the {missing}, which {problem.name} does not have; "
-                f"layouts that fit it are {listed(fitting)}"
+                f"layout {plain(self.name, 40)} contains the {missing}, which {problem.name} does not have; {others}"
             )
 
     def free_elements(self, problem: Problem) -> dict[str, tuple[float, float]]:

@@ -7,17 +7,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 from posreal.errors import BadInput, hint, listed, shown
-from posreal.metric import DampingRatio, Inertance, Metric, PeakInTime, StaticStiffness, WeightedSum
+from posreal.metric import PeakInTime
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.real_elements import RealElements, read_elements
 from posreal.specification.conditions import cut, in_weighting
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
+from posreal.specification.limits import limited
 from posreal.specification.problem import WORST_CASE, Problem
-from posreal.specification.problem_file import is_problem_file, read_problem, read_vehicle
+from posreal.specification.problem_file import is_problem_file, read_problem
 from posreal.vehicle import (
     PlanView,
     QuarterCar,
@@ -221,6 +220,8 @@ def _named(name: str) -> Problem:
 def _of_file(text: str) -> Problem:
     """The problem of a file of the user's; its errors name the line."""
     asked = read_problem(text)
+    if isinstance(asked, Problem):
+        return asked
     made = Problem(asked.name, asked.summary, cast(Vehicle, asked.vehicle), asked.minimise, asked.keep)
     try:
         made = minimising(made, asked.minimise)
@@ -262,7 +263,7 @@ def vehicle(name: str, file: Any = None) -> Vehicle:
     """
     models: dict[str, Vehicle] = {kind.name: kind() for kind in VEHICLES}
     if is_problem_file(name):
-        model = cast(Vehicle, read_vehicle(name))
+        model = _of_file(name).vehicle
     elif name in models:
         model = models[name]
     elif name in _PROBLEMS:
@@ -315,34 +316,6 @@ def minimising(problem: Problem, objective: str) -> Problem:
             f"sum such as {known[0]} + 0.001*{known[-1]}"
         )
     return dataclasses.replace(problem, objective=goal.name, goal=goal)
-
-
-def limited(problem: Problem, limits: Mapping[str, float]) -> Problem:
-    """The problem with limits on metrics, in their units, on top of its own constraints.
-
-    They are upper ones, and lower ones of a metric that is better for being more.
-
-    Raises
-    ------
-    BadInput
-        For a metric that cannot be limited, or a limit that is not a number above 0.
-    """
-    known = [name for name, metric in problem.vehicle.metrics.items() if _has_figure(metric)]
-    for name, value in limits.items():
-        if name not in known:
-            raise BadInput(f"{shown(name)} cannot be limited in {problem.name}; {hint(name, known)}")
-        if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "inertance"))):
-            raise BadInput(f"the limit of {name} is {value:g}; it must be finite and greater than 0")
-    return dataclasses.replace(problem, at_most={**problem.at_most, **{n: float(v) for n, v in limits.items()}})
-
-
-def _has_figure(metric: Metric) -> bool:
-    """Whether a search can keep a metric below a limit, a damping ratio above one."""
-    if isinstance(metric, DampingRatio):
-        return True
-    if metric.better != "less":
-        return False
-    return metric.norm() is not None or isinstance(metric, PeakInTime | StaticStiffness | Inertance | WeightedSum)
 
 
 def over_points(problem: Problem, points: Sequence[Mapping[str, Any]]) -> Problem:

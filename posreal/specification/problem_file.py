@@ -1,4 +1,4 @@
-"""A problem on a page of TOML: a model, and what is asked of it.
+"""A problem on a page of TOML: a model or a plant of matrices, and what is asked of it.
 
 ``mine.toml`` is the file's one problem, or its first; ``mine.toml:comfort`` is the one under ``[problems.comfort]``. A
 file without a problem minimises its first metric.
@@ -16,6 +16,8 @@ from typing import Any
 from posreal.errors import BadInput, hint, listed, plain, shown
 from posreal.files import read_text, toml_document
 from posreal.specification.model_file import SECTIONS, ModelReader
+from posreal.specification.plant_file import plant_problem
+from posreal.specification.problem import Problem
 from posreal.vehicle.modelled import Modelled
 
 _ASKED = re.compile(r"(?P<path>.*\.toml)(?::(?P<name>[\w-]+))?", re.DOTALL | re.IGNORECASE)
@@ -54,13 +56,8 @@ def is_problem_file(text: str) -> bool:
     return _ASKED.fullmatch(text) is not None
 
 
-def read_vehicle(text: str) -> Modelled:
-    """The vehicle of a file alone."""
-    return read_problem(text).vehicle
-
-
-def read_problem(text: str) -> Asked:
-    """The problem of a file.
+def read_problem(text: str) -> Asked | Problem:
+    """The problem of a file: made already where it is about a plant of matrices.
 
     Raises
     ------
@@ -75,6 +72,10 @@ def read_problem(text: str) -> Asked:
     content = read_text(path)
     document = toml_document(content, path)
     reader = ModelReader(path, document, content)
+    if "plant" in document:
+        if match["name"] is not None:
+            raise BadInput(f"{plain(path)} has one problem, and no name goes with it")
+        return plant_problem(path, document, reader.known, reader.wrong)
     reader.known((), document, (*SECTIONS, "name", "description", "problem", "problems"))
     vehicle = reader.vehicle()
     keys, table, name = _chosen(reader, document, match["name"])

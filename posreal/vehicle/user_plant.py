@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
@@ -41,6 +41,10 @@ class UserPlant:
         What stands in parallel and in series with the device whatever it is.
     title : str
         For tables.
+    units : mapping of output to str
+        In which its numbers are; "1" where it is not said.
+    terminals : (str, str)
+        What the device stands between.
     """
 
     name: ClassVar[str] = "plant"
@@ -56,13 +60,15 @@ class UserPlant:
     beside: Rational | None = None
     behind: Rational | None = None
     title: str = "plant"
+    units: Mapping[str, str] = field(default_factory=dict)
+    terminals: tuple[str, str] = ("+", "-")
 
     @cached_property
     def metrics(self) -> Mapping[str, Metric]:
         """Of every output; the static stiffness and the inertance of the port."""
         outputs = self.shaken.outputs
         return {
-            **{f"rms_{output}": RootMeanSquare("load", output, "1") for output in outputs},
+            **{f"rms_{output}": RootMeanSquare("load", output, self.units.get(output, "1")) for output in outputs},
             "static_stiffness": StaticStiffness(),
             "inertance": Inertance(),
             **{f"gain_{output}": LargestGain("load", output) for output in outputs},
@@ -94,8 +100,9 @@ class UserPlant:
 
     @property
     def places(self) -> Mapping[str, Place]:
-        """The one place, between terminals that have no name."""
-        return {"secondary": Place(Mounting(self.beside, self.behind), beside_strut=self.beside)}
+        """The one place."""
+        around = Mounting(self.beside, self.behind)
+        return {"secondary": Place(around, beside_strut=self.beside, terminals=self.terminals)}
 
     @property
     def V(self) -> float:
