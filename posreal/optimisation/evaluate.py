@@ -155,9 +155,7 @@ def read_design(problem: Problem, words: Sequence[str]) -> Design:
         elif name in known:
             vehicle[name] = value.strip()
         elif not known and chosen is None:
-            raise BadInput(
-                f"{shown(word)}: {problem.name} is about a plant that has no parameters, and is a device alone"
-            )
+            raise BadInput(f"{shown(word)} is no part of the device, and the plant of {problem.name} has no parameters")
         else:
             of_layout = f"the elements {listed(chosen.network.names)} of {chosen.name}, and " if chosen else ""
             raise BadInput(f"unknown parameter {shown(name)}; accepted are {of_layout}the vehicle's {listed(known)}")

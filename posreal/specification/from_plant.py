@@ -124,6 +124,8 @@ def problem_from_plant(
             "the velocity of a port answers an input at once; add the mass or the compliance at the port that it lacks"
         )
     z = [i for i in range(len(outputs)) if i not in v]
+    if not z:
+        raise BadInput("every output is the velocity of a port; add the one whose mean square or gain is minimised")
     processes = tuple(number for number, group in enumerate(groups) for _ in group)
     named = [[inputs[i] for i in group] for group in groups]
     densities = _densities(named, density)

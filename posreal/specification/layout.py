@@ -85,7 +85,7 @@ class Layout:
             missing = listed(sorted(self.roles - set(problem.roles)))
             fitting = [entry.name for entry in layouts() if entry.fits(problem)]
             others = (
-                f"layouts that fit it are {listed(fitting)}" if fitting else "a TOML file with a layout of its own may"
+                f"layouts that fit it are {listed(fitting)}" if fitting else "give a layout of its own as a TOML file"
             )
             raise BadInput(
                 f"layout {plain(self.name, 40)} contains the {missing}, which {problem.name} does not have; {others}"
