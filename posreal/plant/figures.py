@@ -235,10 +235,14 @@ class ClosedPlant:
         def by_covariance() -> float:
             return math.sqrt(h2_norm.mean_square(self.shaped_loop(), output))
 
+        def by_modes() -> float:
+            squares = self.modes.whole_mean_squares().tolist()
+            return math.sqrt(squares[self.modes.outputs.index(output)])
+
         return self.settled(
             f"the r.m.s. of {output}",
             (
-                by_covariance,
+                by_covariance if self.confirmed else by_modes,
                 lambda: math.sqrt(self.transfer(output).mean_square_by_residues()),
                 lambda: math.sqrt(self.transfer(output).mean_square()),
             ),

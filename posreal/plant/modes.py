@@ -81,6 +81,21 @@ class Modes:
                     total += weight * (straight + 2 * (products @ known[apart]).real)
         return total
 
+    def whole_mean_squares(self) -> Real:
+        """∫ Σ |z|² S dω over all frequencies of every output that lets no white noise through.
+
+        With g the impulse responses, ∫ gᵢ(t) gⱼ(t + Δ) dt = Σₖ ρⱼₖ e^{λₖΔ} zᵢ(−λₖ) for Δ = τᵢ − τⱼ ≥ 0.
+        """
+        mirrored = self.at(-self.poles)
+        total = np.zeros(len(self.outputs))
+        for weight, driven in zip(self.weights, self.processes, strict=True):
+            for i in driven:
+                for j in driven:
+                    if (late := float(self.delays[i] - self.delays[j])) >= 0:
+                        once = (self.residues[:, j] * mirrored[:, i]) @ np.exp(self.poles * late)
+                        total += math.pi * weight * (once.real if late == 0 else 2 * once.real)
+        return total
+
     def summed(self, omega: Real, step: float, output: str) -> float:
         """Σ |z|² S Δω over the points `omega`."""
         squares = zip(self.weights, self.response(omega, output), strict=True)

@@ -136,6 +136,7 @@ class _Draws:
         self.varied, self.pool, self.progress = varied, pool, progress
         self.names = tuple(varied.design.metrics)
         problem = varied.design.problem
+        self.constraints = tuple(c for c in problem.constraints if not c.nominal)
         metrics = problem.vehicle.metrics
         known: list[Metric | None] = [metrics.get(name.partition(" at ")[0]) for name in self.names]
         self.sign = np.array([-1.0 if one is not None and one.better == "more" else 1.0 for one in known])
@@ -208,7 +209,7 @@ def _summary(look: _Draws, points: Real, found: Real, corners: Real, there: Real
     design, draws = look.varied.design, len(points)
     everywhere, numbers = np.vstack([points, corners]), np.vstack([found, there])
     bad, order = look.badness(numbers), np.argsort(look.sign * look.badness(found), axis=0, kind="stable")
-    limited = {c.metric for c in design.problem.constraints} | {design.problem.objective}
+    limited = {c.metric for c in look.constraints} | {design.problem.objective}
     ranks = {name: math.ceil(p * draws) - 1 for name, p in PERCENTILES.items()}
     ends = {name: _interval(p, draws) for name, p in PERCENTILES.items() if name != "p50"}
     rows: dict[tuple[str, str], int] = {}  # which vehicle a printed figure is of
@@ -299,7 +300,7 @@ def _near_limits(look: _Draws, found: Real) -> list[tuple[str, int]]:
     """Draws so near to a limit that one way does not decide."""
     return [
         (c.metric, int(row))
-        for c in look.varied.design.problem.constraints
+        for c in look.constraints
         for row in np.flatnonzero(np.abs(_margins(look, found, c)) <= _NEAR * abs(c.value))
     ]
 
@@ -307,7 +308,7 @@ def _near_limits(look: _Draws, found: Real) -> list[tuple[str, int]]:
 def _kept(look: _Draws, found: Real) -> dict[Constraint, Real]:
     """Which draws keep each constraint; none that is not stable."""
     with np.errstate(invalid="ignore"):
-        return {c: _margins(look, found, c) >= -ROUNDING * abs(c.value) for c in look.varied.design.problem.constraints}
+        return {c: _margins(look, found, c) >= -ROUNDING * abs(c.value) for c in look.constraints}
 
 
 def _name(constraint: Constraint, among: Mapping[Constraint, Any]) -> str:

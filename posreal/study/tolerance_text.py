@@ -16,7 +16,7 @@ _UNSTABLE = "unstable"
 def text(of: Tolerance) -> str:
     """What varies, the spreads, the yields, and each part's share of the variance."""
     problem, parts = of.design.problem, of.variation.parts
-    limited = list(dict.fromkeys([problem.objective, *(c.metric for c in problem.constraints)]))
+    limited = list(dict.fromkeys([problem.objective, *(c.metric for c in problem.constraints if not c.nominal)]))
     lines = [
         f"{of.draws} draws (seed {of.seed}), every value even within its tolerance; {_corners(of)}.",
         "",
