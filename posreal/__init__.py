@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from posreal.specification.problem import Problem
     from posreal.study.compare import Comparison, compare
     from posreal.study.pareto import Pareto, pareto
+    from posreal.study.preferred import Preferred, preferred
     from posreal.study.reproduce import Reproduction, reproduce
     from posreal.study.simulate import Simulation, simulate
     from posreal.study.sweep import Sweep, sweep
@@ -139,6 +140,10 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "Pareto",
         "pareto",
     ),
+    "posreal.study.preferred": (
+        "Preferred",
+        "preferred",
+    ),
     "posreal.study.reproduce": (
         "Reproduction",
         "reproduce",
@@ -191,6 +196,7 @@ __all__ = [
     "Plant",
     "PortHamiltonian",
     "PosrealError",
+    "Preferred",
     "Problem",
     "QuarterCar",
     "Rational",
@@ -224,6 +230,7 @@ __all__ = [
     "optimise",
     "pareto",
     "parse",
+    "preferred",
     "problem",
     "problem_from_plant",
     "problems",

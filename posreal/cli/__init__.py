@@ -63,6 +63,7 @@ app.command()(bounds.bound)
 app.command("check-bound")(bounds.check_bound)
 app.command()(designs.compare)
 app.command(context_settings=DEVICE_FIRST)(robustness.tolerance)
+app.command(context_settings=DEVICE_FIRST)(robustness.preferred)
 app.command(context_settings=DEVICE_FIRST)(robustness.simulate)
 app.command()(designs.reproduce)
 

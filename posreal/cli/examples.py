@@ -35,6 +35,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "bound": ("posreal bound quarter-car --save proof.json", "posreal bound quarter-car --orders 1,2,4,8"),
     "check-bound": ("posreal check-bound proof.json",),
     "compare": ("posreal compare vertical-comfort --plot rows.png", "posreal compare quarter-car --orders 1,2,3"),
+    "ranges": ("posreal ranges vertical-comfort > mine.toml",),
+    "preferred": (
+        "posreal preferred vertical-comfort S5 c=17965 b=4115 --series R20",
+        'posreal preferred vertical-comfort "b=2741 + (c=14196 | k=83748)" --series mine.toml',
+    ),
     "tolerance": ('posreal tolerance vertical-comfort "c=2e4 | b=300"',),
     "reproduce": ("posreal reproduce", "posreal reproduce --figures figures"),
 }

@@ -1,4 +1,4 @@
-"""Commands that ask what is left of a design when it is built: tolerance, simulate."""
+"""Commands that ask what is left of a design when it is built: tolerance, simulate, preferred."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from posreal.cli.options import (
     Jobs,
     Limit,
     Objective,
+    Parts,
     Position,
     ProblemName,
+    Ranges,
     Seed,
     Stiffness,
     VehicleFile,
@@ -79,6 +81,55 @@ def tolerance(
         print_json({"problem": question.name, **found.to_dict()})
         return
     print(f"{question.name}: {' '.join(device)}\n{found}")
+
+
+def preferred(
+    problem: ProblemName,
+    device: DeviceWords,
+    steps: Annotated[
+        str,
+        typer.Option(
+            "--series", metavar="NAME|FILE", help="R5 to R40 or E3 to E24, or a TOML file of a maker's values."
+        ),
+    ] = "R20",
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
+    limit: Limit = None,
+    worst_case: WorstCase = None,
+    at: At = None,
+    ranges: Ranges = None,
+    parts: Parts = None,
+    as_json: AsJson = False,
+) -> None:
+    """The best listed values, of a series or a maker's, in place of those of a device."""
+    from posreal.optimisation.evaluate import read_design
+    from posreal.study.preferred import preferred as study
+
+    question = posed(
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        at,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
+        parts=parts,
+    )
+    design = read_design(question, words(device))
+    with progress() as say:
+        found = study(design, steps=steps, progress=say)
+    if as_json:
+        print_json({"problem": question.name, **found.to_dict()})
+        return
+    print(f"{question.name}: {' '.join(device)}\n\n{found}")
 
 
 def simulate(
