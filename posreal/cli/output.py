@@ -125,13 +125,13 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print(line)
     if draw and design.bought is not None:
         print(f"\n{drawn(design.bought, ascii, terminals=design.problem.place.terminals)}")
-        tuned = [
-            f"{name} = {engineering(value, 'N/m' if name[0] == 'K' else 'N*s/m', 5)}"
-            for name, value in design.parameters.items()
-            if name not in design.bought.names
-        ]
-        if tuned:
-            print("  vehicle: " + ", ".join(tuned))
+    tuned = [
+        f"{name} = {engineering(design.parameters[name], 'N/m' if name[0] == 'K' else 'N*s/m', 5)}"
+        for name in design.problem.free
+        if name in design.parameters
+    ]
+    if tuned:
+        print("  vehicle: " + ", ".join(tuned))
     header, rows = _figures(design)
     print(f"\n{table(header, rows, ''.join(_ALIGNED.get(name, 'l') for name in header))}")
     if design.ideal is not None:
