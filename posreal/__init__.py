@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from posreal.topology.result import Search
     from posreal.topology.search import search
     from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
+    from posreal.vehicle.track import Track
     from posreal.vehicle.weighting import Weighting
 
 __version__ = "0.1.0"
@@ -168,6 +169,7 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "SideView",
         "Vehicle",
     ),
+    "posreal.vehicle.track": ("Track",),
     "posreal.vehicle.weighting": ("Weighting",),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
@@ -211,6 +213,7 @@ __all__ = [
     "StateSpace",
     "Sweep",
     "Tolerance",
+    "Track",
     "Vehicle",
     "Verdict",
     "Weighting",

@@ -66,8 +66,16 @@ def save(bound: Bound, path: str | Path) -> None:
 
 def _about_out(bound: Bound) -> dict[str, Any]:
     subject = bound.problem
-    stored = subject is None or not is_named(subject)
-    return _plant_out(bound.figure) if subject is None or stored else _problem_out(subject, bound.weights)
+    if subject is None or not _named(subject):
+        return _plant_out(bound.figure)
+    return _problem_out(subject, bound.weights)
+
+
+def _named(subject: Problem) -> bool:
+    """Whether names and parameters are enough to have the vehicle and its track again."""
+    vehicle = subject.vehicle
+    track, direction = vehicle.irregularity, vehicle.direction
+    return is_named(subject) and (track is None or direction is None or track.stored(direction))
 
 
 def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> dict[str, Any]:
@@ -76,11 +84,16 @@ def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> di
         "objective": subject.base_objective,
         "weights": dict(weights) if weights else None,
         "vehicle": parameters(subject.vehicle),
-    } | ({} if subject.vehicle.weighting is None else {"weighting": subject.vehicle.weighting.name})
+    } | {name: str(value) for name, value in _conditions(subject).items() if value is not None}
+
+
+def _conditions(subject: Problem) -> dict[str, Any]:
+    return {"weighting": subject.vehicle.weighting, "track": subject.vehicle.irregularity}
 
 
 def _plant_out(about: BoundedFigure) -> dict[str, Any]:
-    plant, shaping = about.plant, about.plant.shaping
+    plant = about.plant
+    shaping = None if plant.shaping is None else plant.shaping.rational
     around = {name: getattr(about.mounting, name) for name in ("beside", "behind")}
     return {
         "plant": {name: getattr(plant, name).tolist() for name in PLANT}
@@ -133,7 +146,7 @@ def described(bound: Bound) -> list[str]:
         f"figure: {plain(about.metric, 80)} [{plain(about.unit, 20)}] is "
         + _COMBINED[about.combine].format(", ".join(parts))
     ]
-    if bound.problem is not None and is_named(bound.problem):
+    if bound.problem is not None and _named(bound.problem):
         said.append(_vehicle_in_words(bound.problem))
         said.append(f"conditions: {in_words(bound.problem, whole_band=True)}")
     else:

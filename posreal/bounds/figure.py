@@ -207,7 +207,7 @@ def _shaken(problem: Problem, names: Sequence[str]) -> Plant:
             f"{listed(names).replace(' or ', ' and ')} are of different inputs, {listed(sorted(loads))}, and a bound "
             "is of one; bound them one at a time"
         )
-    return problem.vehicle.plant(loads.pop()) if loads else problem.plant
+    return (problem.vehicle.plant(loads.pop()) if loads else problem.plant).rational
 
 
 def _outputs(problem: Problem) -> dict[str, tuple[str, str, fmpq]]:
@@ -266,7 +266,7 @@ def expand(figure: BoundedFigure, points: Sequence[Point], c0: fmpq) -> Expansio
     )
     late = [space.delay(float(seconds)) for seconds in plant.delays]
     if plant.shaping is not None:
-        H = plant.shaping
+        H = plant.shaping.rational
         shape = space.operator(space.state_space(H.A, H.B, H.C, H.D)[0][0])
         late = [shape * part for part in late]
     through = space.operators(late)

@@ -117,12 +117,14 @@ def from_dict(document: Any) -> Bound:
 def _about(data: Any) -> tuple[BoundedFigure, Problem | None, tuple[tuple[str, float], ...]]:
     if isinstance(data, dict) and "plant" in data:
         return _plant_in(data), None, ()
-    weighting = data.get("weighting") if isinstance(data, dict) else None
-    told = {key: value for key, value in data.items() if key != "weighting"} if isinstance(data, dict) else data
+    told, under = data, {}
+    if isinstance(data, dict):
+        under = {key: str(data[key]) for key in ("weighting", "track") if key in data}
+        told = {key: value for key, value in data.items() if key not in under}
     table = _table(told, "about", ("problem", "objective", "weights", "vehicle"))
     if table["problem"] not in [entry.name for entry in problems()]:
         raise BadInput(f"problem is {shown(table['problem'])}; known are {listed(entry.name for entry in problems())}")
-    posed = problem(table["problem"], weighting=None if weighting is None else str(weighting))
+    posed = problem(table["problem"], weighting=under.get("weighting"), track=under.get("track"))
     if not parameters(posed.vehicle):
         raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
     fields = tuple(parameters(posed.vehicle))

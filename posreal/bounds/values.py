@@ -157,7 +157,7 @@ def _at(figure: BoundedFigure, s: acb, c0: fmpq, point: Point) -> list[acb]:
         out[i] = [entry + arb(float(more)) for entry, more in zip(out[i], direct, strict=True)]
     late = [(s * arb(-to_fmpq(float(seconds)))).exp() for seconds in plant.delays]
     if plant.shaping is not None:
-        H = plant.shaping
+        H = plant.shaping.rational
         h = len(H.A)
         inner = acb_mat(h, h, [s if i == j else acb(0) for i in range(h) for j in range(h)]) - acb_mat(matrix(H.A))
         shape = (acb_mat(matrix(H.C)) * inner.solve(acb_mat(matrix(H.B))))[0, 0] + arb(float(H.D[0, 0]))

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from posreal import __version__
-from posreal.cli import bounds, designs, devices, listings, robustness, searches
+from posreal.cli import bounds, designs, devices, listings, robustness, searches, tracks
 from posreal.cli.examples import epilog
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError, plain
@@ -53,6 +53,7 @@ app.command()(listings.problems)
 app.command()(listings.layouts)
 app.command()(listings.vehicle)
 app.command()(listings.ranges)
+app.command()(tracks.track)
 app.command(context_settings=DEVICE_FIRST)(designs.evaluate)
 app.command()(designs.optimise)
 app.command()(designs.synthesise)

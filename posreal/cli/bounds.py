@@ -15,8 +15,11 @@ from posreal.cli.options import (
     Position,
     ProblemName,
     Seed,
+    Speed,
     Stiffness,
+    TrackName,
     VehicleFile,
+    Wavelengths,
     WeightingName,
     orders,
     posed,
@@ -48,6 +51,9 @@ def bound(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    track: TrackName = None,
+    wavelengths: Wavelengths = None,
+    speed: Speed = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
     seed: Seed = 0,
@@ -61,7 +67,18 @@ def bound(
     from posreal.specification.conditions import conditions, in_words
     from posreal.study.price_of_simplicity import reached
 
-    question = posed(problem, vehicle, position, objective, stiffness, weighting=weighting, cut_off=cut_off)
+    question = posed(
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        track=track,
+        wavelengths=wavelengths,
+        speed=speed,
+        weighting=weighting,
+        cut_off=cut_off,
+    )
     if save is not None:
         require_writable(save)
     design = None if device is None else evaluate(question, device)

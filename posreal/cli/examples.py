@@ -6,9 +6,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "problems": ("posreal problems", "posreal problems --json"),
     "layouts": ("posreal layouts", "posreal layouts S7", "posreal layouts mine.toml"),
     "vehicle": ("posreal vehicle side-view", "posreal vehicle quarter-car --vehicle mine.toml"),
+    "track": ("posreal track", "posreal track erri-low --speed 55", "posreal track china --plot china.png"),
     "evaluate": (
         "posreal evaluate vertical-comfort default",
         "posreal evaluate lateral-comfort S3 c=2.1025e4 b=1.53e4",
+        "posreal evaluate vertical-comfort default --weighting Wb --track erri-low --speed '200 km/h'",
         'posreal evaluate quarter-car "c=1500 | (k=20 kN/m + b=50)" --sweep V=10:40:4',
     ),
     "optimise": (

@@ -40,6 +40,17 @@ Objective = Annotated[
 Stiffness = Annotated[
     str | None, typer.Option(help="Static stiffness of quarter-car: a number in N/m, or with a unit.")
 ]
+TrackName = Annotated[
+    str | None,
+    typer.Option(
+        "--track", metavar="NAME", help="What the vehicle runs on: paper, erri-low, fra-4, …; see `posreal track`."
+    ),
+]
+Wavelengths = Annotated[
+    str | None,
+    typer.Option("--wavelengths", metavar="SHORT:LONG", help="All that counts of the track, m, such as 1:150."),
+]
+Speed = Annotated[str | None, typer.Option("--speed", metavar="V", help="A number in m/s, or with a unit: 200 km/h.")]
 WeightingName = Annotated[
     str | None,
     typer.Option(
@@ -151,6 +162,9 @@ def posed(
     limit: list[str] | None = None,
     worst_case: list[str] | None = None,
     at: str | None = None,
+    track: str | None = None,
+    wavelengths: str | None = None,
+    speed: str | None = None,
     weighting: str | None = None,
     cut_off: str | None = None,
     ranges: Path | None = None,
@@ -172,6 +186,9 @@ def posed(
         limits=read_limits(limit) if limit else None,
         worst_case=[_point(text) for text in worst_case or ()],
         at=at,
+        track=track,
+        wavelengths=None if wavelengths is None else read_wavelengths(wavelengths),
+        speed=None if speed is None else number("--speed", speed, "m/s"),
         weighting=weighting,
         cut_off=end,
         ranges=ranges,
@@ -184,6 +201,15 @@ def refuse_both(any_values: bool, ranges: Path | None) -> None:
     """Values cannot be any and within a file's ranges at once."""
     if any_values and ranges is not None:
         raise BadInput("--any-values takes values that --ranges leaves out; give one of the two")
+
+
+def read_wavelengths(text: str) -> tuple[float, float]:
+    """``1:150`` as two wavelengths in m."""
+    try:
+        short, long = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise BadInput(f"--wavelengths {shown(text)} is not a band such as 1:150, two wavelengths in m") from None
+    return short, long
 
 
 def _hertz(text: str) -> float:

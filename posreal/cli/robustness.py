@@ -21,9 +21,12 @@ from posreal.cli.options import (
     ProblemName,
     Ranges,
     Seed,
+    Speed,
     Stiffness,
+    TrackName,
     VehicleFile,
     VehicleTolerance,
+    Wavelengths,
     WeightingName,
     WorstCase,
     job_count,
@@ -45,6 +48,9 @@ def tolerance(
     position: Position = None,
     objective: Objective = None,
     stiffness: Stiffness = None,
+    track: TrackName = None,
+    wavelengths: Wavelengths = None,
+    speed: Speed = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
     limit: Limit = None,
@@ -62,7 +68,19 @@ def tolerance(
     from posreal.study.tolerance import tolerance as study
 
     question = posed(
-        problem, vehicle, position, objective, stiffness, limit, worst_case, at, weighting=weighting, cut_off=cut_off
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        at,
+        track=track,
+        wavelengths=wavelengths,
+        speed=speed,
+        weighting=weighting,
+        cut_off=cut_off,
     )
     design = read_design(question, words(device))
     with progress() as say:

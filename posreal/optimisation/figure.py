@@ -280,7 +280,7 @@ class PeakGain:
     ----------
     problem : Problem
     scale : Scale
-    output : str
+    output, load : str
     omega : (N,) rad/s, where maxima are looked for; each is then narrowed down between its neighbours
     """
 
@@ -288,6 +288,7 @@ class PeakGain:
     scale: Scale
     output: str
     omega: Real
+    load: str
     resolution: ClassVar[float] = 1e-8
 
     @cached_property
@@ -295,7 +296,7 @@ class PeakGain:
         return self._at(self.omega)
 
     def _at(self, omega: Real) -> PortFigure:
-        plant = self.problem.plant
+        plant = self.problem.vehicle.plant(self.load)
         inside = Inside(self.problem, self.scale, 1j * omega)
         return PortFigure(inside, plant.responses(omega, self.output), Norms(len(plant.shares)))
 

@@ -14,7 +14,7 @@ at the poles of what it has found, and goes on from there on a grid that is righ
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -26,6 +26,7 @@ from posreal.metric import Norm, PeakInTime
 from posreal.plant import hinf_norm, quadrature
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, PortResponses, close
+from posreal.plant.sampled import SampledDensity
 from posreal.specification.problem import Problem
 from posreal.vehicle import Vehicle
 
@@ -40,6 +41,7 @@ _BROAD = 0.3  # damping ratio of a mode that any panel sees to rounding
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _PANELS = 12  # a decade of grids that are no coarse ones
 _RIPPLE_COARSE = 10.0  # the same for a coarse grid: 1e-5
+_FAR = 1000.0  # middle frequencies, beyond which a band limited in wavelengths is not followed
 _RIPPLE = 100.0  # middle frequencies, to which delays are followed: beyond is 1e-6 of the side view's mean square
 
 
@@ -137,15 +139,15 @@ def beside(found: Modes) -> np.ndarray:
     )
 
 
-def graded(rule: quadrature.Quadrature, found: Modes) -> quadrature.Quadrature:
-    """A Gauss rule with its panels cut beside modes."""
-    if not found:
+def graded(rule: quadrature.Quadrature, found: Modes, corners: Sequence[float] = ()) -> quadrature.Quadrature:
+    """A Gauss rule with its panels cut beside modes, and where an input's density has corners, rad/s."""
+    if not found and not corners:
         return rule
     omega, weight = rule.omega.reshape(-1, len(_NODES)), rule.weight.reshape(-1, len(_NODES))
     inner = omega[:, 0] < omega[:, -1]  # not the panel that goes on to infinity, whose nodes descend
     half, middle = weight[inner].sum(axis=1) / 2, omega[inner].mean(axis=1)
     low, high = middle - half, float((middle + half)[-1])
-    cuts = beside(found)
+    cuts = np.concatenate([beside(found), corners])
     edge = np.unique(np.concatenate([low, cuts[(cuts > low[0]) & (cuts < high)], [high]]))
     half, middle = np.diff(edge) / 2, (edge[1:] + edge[:-1]) / 2
     return quadrature.Quadrature(
@@ -194,10 +196,14 @@ def _mean_square(
     plant = there.plant(first.load, opened=primary_open)
     if vehicle.places["secondary"].carried == 0:  # a structure, whose own light modes a device may leave light
         panels = round(panels * min(4.0, max(1.0, _LIGHT / hinf_norm.least_damping(plant))))
-    rule = graded(search_rule(plant, first, panels), light)
+    rule = graded(search_rule(plant, first, panels), light, _corners(plant))
     port = plant.responses(rule.omega, *(norm.output for norm in norms))
     units = [weight * norm.factor(vehicle) for (_, weight), norm in zip(parts, norms, strict=True)]
     return MeanSquare(rule, port, plant.density, tuple(unit**2 * share for unit in units for share in plant.shares))
+
+
+def _corners(plant: Plant) -> tuple[float, ...]:
+    return plant.shaping.corners if isinstance(plant.shaping, SampledDensity) else ()
 
 
 def norms(vehicle: Vehicle, kind: str) -> list[tuple[str, Norm]]:
@@ -226,9 +232,11 @@ def norm_of(vehicle: Vehicle, name: str, *kinds: str) -> Norm:
 
 def search_rule(plant: Plant, norm: Norm, panels: int) -> quadrature.Quadrature:
     """The grid of a search for a root mean square: panels a decade up to where it ends, or over the whole axis."""
-    latest = float(plant.delays.max())
-    if not math.isinf(norm.stop):
-        return quadrature.gauss(latest, start=norm.start, stop=norm.stop, per_decade=panels)
-    middle = hinf_norm.middle(plant)
+    latest, middle = float(plant.delays.max()), hinf_norm.middle(plant)
+    start, stop = norm.start, norm.stop
+    if isinstance(plant.shaping, SampledDensity) and plant.shaping.ends:
+        start, stop = max(start, plant.shaping.start), min(stop, plant.shaping.stop, _FAR * middle)
+    if not math.isinf(stop):
+        return quadrature.gauss(latest, start=start, stop=stop, per_decade=panels)
     ripple = _RIPPLE if panels >= _PANELS else _RIPPLE_COARSE
     return quadrature.whole_line(middle, longest_delay=latest, ripple=ripple * middle, per_decade=panels)

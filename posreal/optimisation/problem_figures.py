@@ -156,9 +156,10 @@ def _figure_of(problem: Problem, metric: Metric, scale: Scale, light: Modes, pan
         return PortFigure(Inside(problem, scale, line.s), plant.responses_at(line.s, metric.output), line)
     norm = metric.norm()
     if norm is not None and norm.kind == "H∞":
-        ends = hinf_norm.middle(problem.plant) * np.concatenate([_LOWEST, 1 / _LOWEST])
-        omega = np.unique(np.concatenate([hinf_norm.grid(problem.plant), ends, beside(light)]))
-        return PeakGain(problem, scale, norm.output, omega)
+        plant = vehicle.plant(norm.load)
+        ends = hinf_norm.middle(plant) * np.concatenate([_LOWEST, 1 / _LOWEST])
+        omega = np.unique(np.concatenate([hinf_norm.grid(plant), ends, beside(light)]))
+        return PeakGain(problem, scale, norm.output, omega, norm.load)
     name = next((name for name, one in vehicle.metrics.items() if one == metric), problem.base_objective)
     return _mean_square(problem, name, scale, light, panels)
 

@@ -308,13 +308,15 @@ def _square_in_x(p: fmpq_poly) -> fmpq_poly:
 
 
 def transfer(plant: Plant, devices: Mapping[str, Rational], output: str) -> Transfer:
-    """The exact transfer functions from every channel to `output`, devices in place and shaping filter included."""
+    """The exact transfer functions from every channel to `output`, devices in place and shaping filter included.
+
+    Of a sampled density the square root is left out: no fraction has it.
+    """
     A, B, C, D = _closed(plant, devices, plant.output(output))
     denominator = A.charpoly()
     n = A.nrows()
     before = fmpq_poly([1]), fmpq_poly([1])
-    if plant.shaping is not None:
-        H = plant.shaping
+    if plant.shaping is not None and (H := plant.shaping.filter) is not None:
         before = exact.transfer_function(
             exact.matrix(H.A), exact.matrix(H.B), exact.matrix(H.C), exact.to_fmpq(float(H.D[0, 0]))
         )

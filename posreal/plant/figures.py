@@ -29,6 +29,8 @@ from posreal.errors import Infeasible, Unsettled
 from posreal.plant import exact_loop, h2_norm, hinf_norm, quadrature, time_response
 from posreal.plant.modes import Corners, Modes, modes
 from posreal.plant.plant import ClosedLoop, Complex, Plant, Real, close
+from posreal.plant.sampled import SampledDensity
+from posreal.plant.shaping_filter import ShapingFilter
 
 AGREED = 5e-7
 """Relative difference of two methods at which the six digits that are printed are settled."""
@@ -127,15 +129,22 @@ class ClosedPlant:
 
     @cached_property
     def modes(self) -> Modes:
-        """Every output as a sum over modes, shaping filter included."""
-        return modes(self.loop, self.plant.shaping)
+        """Every output as a sum over modes, shaping filter included; of a sampled density the root of it is not."""
+        return modes(self.loop, self._filter)
 
     @cached_property
     def poles(self) -> Complex:
         """Of the loop and of the shaping filter, rad/s."""
-        shaping = self.plant.shaping
         own = self.loop.poles()
-        return own if shaping is None else np.concatenate([own, np.linalg.eigvals(shaping.A)])
+        return own if self._filter is None else np.concatenate([own, np.linalg.eigvals(self._filter.A)])
+
+    @property
+    def _filter(self) -> ShapingFilter | None:
+        return None if self.plant.shaping is None else self.plant.shaping.filter
+
+    @property
+    def _sampled(self) -> SampledDensity | None:
+        return self.plant.shaping if isinstance(self.plant.shaping, SampledDensity) else None
 
     def transfer(self, output: str) -> exact_loop.Transfer:
         """The exact transfer functions to `output`."""
@@ -174,6 +183,8 @@ class ClosedPlant:
 
     def band_rms(self, output: str, stop: float = quadrature.BAND, *, start: float = 0.0) -> Settled:
         """Root mean square from `start` to `stop`, rad/s."""
+        if self._sampled is not None:
+            return self._sampled_rms(self._sampled, output, start, stop)
         return self.settled(
             f"the r.m.s. of {output}",
             (
@@ -185,7 +196,10 @@ class ClosedPlant:
         )
 
     def band_mean_square_by_modes(self, output: str, stop: float, start: float = 0.0) -> float:
-        """Mean square from `start` to `stop` (rad/s) in closed form, unconfirmed."""
+        """Mean square from `start` to `stop` (rad/s) in closed form, unconfirmed; by a rule of a sampled density."""
+        if self._sampled is not None:
+            start, stop = max(start, self._sampled.start), min(stop, self._sampled.stop)
+            return self._by_modes_on(self._placed(self.poles, stop, start), output) if start < stop else 0.0
         if (start, stop) not in self._by_modes:
             squares = self.modes.mean_squares(start, stop).tolist()
             self._by_modes[start, stop] = dict(zip(self.modes.outputs, squares, strict=True))
@@ -196,11 +210,42 @@ class ClosedPlant:
         z, _ = self.plant.kept_responses(rule, output).closed(self._admittances(rule.omega))
         return math.sqrt(self._mean_squares(z, rule, 1)[0])
 
-    def _placed(self, poles: Complex, stop: float, start: float = 0.0) -> quadrature.Quadrature:
+    def _by_modes_on(self, rule: quadrature.Quadrature, output: str, power: int = 1) -> float:
+        """∫ Sᵖ dω of an output's density by the modes on a rule."""
+        parts = zip(self.modes.weights, self.modes.response(rule.omega, output), strict=True)
+        density = sum((weight * np.abs(z) ** 2 for weight, z in parts), np.zeros(len(rule.omega)))
+        if self._sampled is not None:
+            density = density * self._sampled.squares(rule.omega)
+        return float(rule.weight @ density**power)
+
+    def _sampled_rms(self, sampled: SampledDensity, output: str, start: float, stop: float) -> Settled:
+        """Root mean square on a band: by modes and by the port map on other panels, or exactly at the points."""
+        low, high = max(start, sampled.start), min(stop, sampled.stop)
+        if low >= high:
+            return Settled(0.0)
+
+        def exactly() -> float:
+            rule = self._placed(self.poles, high, low)
+            weight = rule.weight * sampled.squares(rule.omega)
+            return math.sqrt(self.transfer(output).weighted_sum(rule.omega, weight))
+
+        return self.settled(
+            f"the r.m.s. of {output}",
+            (
+                lambda: math.sqrt(self._by_modes_on(self._placed(self.poles, high, low, clear=2.5), output)),
+                lambda: math.sqrt(self._on_placed_grid(output, high, low)),
+                exactly,
+            ),
+        )
+
+    def _placed(
+        self, poles: Complex, stop: float, start: float = 0.0, clear: float = quadrature.CLEAR
+    ) -> quadrature.Quadrature:
         delay = float(self.plant.delays.max(initial=0.0))
         if stop * delay > _MOST_POINTS:
             raise Unsettled(f"a delay of {delay:g} s ripples too often up to {stop:g} rad/s to be followed")
-        return quadrature.placed(poles, delay, start, stop)
+        corners = () if self._sampled is None else self._sampled.corners
+        return quadrature.placed(poles, delay, start, stop, corners, clear)
 
     def _on_placed_grid(self, output: str, stop: float, start: float = 0.0) -> float:
         """Mean square by the port map; all outputs at once, since the grid's responses are the work."""
@@ -229,6 +274,8 @@ class ClosedPlant:
         return self._rms[output]
 
     def _root_mean_square(self, output: str) -> Settled:
+        if self._sampled is not None:
+            return self._sampled_rms(self._sampled, output, 0.0, math.inf)
         if self._passes_noise(output):
             return Settled(math.inf)
 
@@ -253,7 +300,7 @@ class ClosedPlant:
         if self.confirmed:
             return not self.transfer(output).strictly_proper
         shaping = self.plant.shaping
-        through = shaping is None or bool(shaping.D[0, 0])
+        through = shaping is None or bool(shaping.rational.D[0, 0])
         return through and bool(self.loop.D[self.loop.output(output)].any())
 
     def rms_by_frequency(self, output: str) -> float:
@@ -265,15 +312,17 @@ class ClosedPlant:
 
     def summed_rms(self, output: str, rule: quadrature.Quadrature) -> Settled:
         """√(Σ |z|² S Δω) over an even grid."""
-        step = float(rule.weight[0])
         return self.settled(
             f"the sum for {output}",
             (
                 lambda: self.rms_on(rule, output),
-                lambda: math.sqrt(self.modes.summed(rule.omega, step, output)),
-                lambda: math.sqrt(self.transfer(output).weighted_sum(rule.omega, rule.weight)),
+                lambda: math.sqrt(self._by_modes_on(rule, output)),
+                lambda: math.sqrt(self.transfer(output).weighted_sum(rule.omega, self._sampled_weight(rule))),
             ),
         )
+
+    def _sampled_weight(self, rule: quadrature.Quadrature) -> Real:
+        return rule.weight if self._sampled is None else rule.weight * self._sampled.squares(rule.omega)
 
     def density(self, output: str, omega: Real) -> Real:
         """Single-sided spectral density of an output at each `omega` (rad/s), per rad/s."""
@@ -285,13 +334,16 @@ class ClosedPlant:
         """∫ S(ω)² dω of an output's density S per rad/s up to `top` (rad/s), beyond which nothing is left of it."""
 
         def by_port(stop: float) -> float:
-            rule = self._placed(self.poles, stop)
+            low, high = ends(stop)
+            rule = self._placed(self.poles, high, low)
             return float(rule.weight @ self.density(output, rule.omega) ** 2)
 
         def by_modes() -> float:
-            rule = self._placed(self.poles, 2 * top)
-            parts = zip(self.modes.weights, self.modes.response(rule.omega, output), strict=True)
-            return float(rule.weight @ sum((weight * np.abs(z) ** 2 for weight, z in parts), np.zeros(1)) ** 2)
+            low, high = ends(2 * top)
+            return self._by_modes_on(self._placed(self.poles, high, low, clear=2.5), output, power=2)
+
+        def ends(stop: float) -> tuple[float, float]:
+            return (0.0, stop) if self._sampled is None else (self._sampled.start, min(stop, self._sampled.stop))
 
         return self.settled(f"the spread of {output}", (by_modes, lambda: by_port(top), lambda: by_port(4 * top)))
 

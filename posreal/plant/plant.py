@@ -24,6 +24,7 @@ from scipy.linalg import matrix_balance
 
 from posreal.admittance.state_space import StateSpace
 from posreal.errors import BadInput
+from posreal.plant.sampled import SampledDensity
 from posreal.plant.shaping_filter import ShapingFilter
 
 if TYPE_CHECKING:
@@ -47,8 +48,8 @@ class Plant:
         Name of each entry of z.
     groups : tuple of str
         Which device stands at each port.
-    shaping : ShapingFilter or None
-        What makes w out of a white process; None where w itself is white.
+    shaping : ShapingFilter, SampledDensity or None
+        What makes w out of a white process; None where w itself is white. A sampled density goes by frequency only.
     density : float
         Single-sided spectral density of the white process, per rad/s.
     processes : tuple of int
@@ -68,7 +69,7 @@ class Plant:
     delays: Real
     outputs: tuple[str, ...]
     groups: tuple[str, ...]
-    shaping: ShapingFilter | None = None
+    shaping: ShapingFilter | SampledDensity | None = None
     density: float = 1.0
     processes: tuple[int, ...] = ()
     shares: tuple[float, ...] = (1.0,)
@@ -77,6 +78,11 @@ class Plant:
     def output(self, name: str) -> int:
         """Index of output `name` in z."""
         return self.outputs.index(name)
+
+    @property
+    def rational(self) -> Plant:
+        """The same plant with a filter in place of a sampled density, for what needs one; see there how near it is."""
+        return replace(self, shaping=self.shaping.rational) if isinstance(self.shaping, SampledDensity) else self
 
     def kept_responses(self, rule: Quadrature, output: str) -> PortResponses:
         """Responses on a rule's grid, computed once: for rules that every device is measured on."""
@@ -332,7 +338,7 @@ def close(plant: Plant, devices: Mapping[str, StateSpace], *, shaped: bool = Tru
     loop_closed = ClosedLoop(A, B, C, Dw, *about)
     if plant.shaping is None or not shaped:
         return loop_closed
-    return _shaped(loop_closed, plant.shaping)
+    return _shaped(loop_closed, plant.shaping.rational)
 
 
 def _shaped(loop: ClosedLoop, H: ShapingFilter) -> ClosedLoop:

@@ -7,6 +7,7 @@ one, with period 2π/τ). The rule is Gauss–Legendre on panels that are no wid
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -18,7 +19,8 @@ BAND = 40 * math.pi
 """Upper end of the paper's band, rad/s (20 Hz)."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _FINE, _FINE_WEIGHTS = np.polynomial.legendre.leggauss(16)
-_CLEAR = 1.6  # half-widths from a panel's middle to the next pole
+CLEAR = 1.6
+"""Half-widths from a panel's middle to the next pole."""
 _PHASE = 8.0  # rad, of the delays' ripple over half a panel
 
 
@@ -68,7 +70,9 @@ def lateral_sum() -> Quadrature:
     return Quadrature(omega, np.full(len(omega), step))
 
 
-def placed(poles: Complex, longest_delay: float, start: float, stop: float) -> Quadrature:
+def placed(
+    poles: Complex, longest_delay: float, start: float, stop: float, corners: Sequence[float] = (), clear: float = CLEAR
+) -> Quadrature:
     """Gauss–Legendre panels on [start, stop] rad/s for an integrand whose poles are known, settled to rounding.
 
     A panel is halved until every pole keeps a distance of 1.6 half-widths from its middle: in that ellipse 16 nodes
@@ -81,18 +85,28 @@ def placed(poles: Complex, longest_delay: float, start: float, stop: float) -> Q
         Of the response; its square has their mirror images as well, at the same distances.
     longest_delay : float
         Seconds.
+    start, stop : float
+    corners : sequence of float
+        rad/s, where the integrand is not smooth: no panel goes across. Panels then go down to `start` by powers of two.
+    clear : float
+        Half-widths from a panel's middle to the next pole.
     """
     low = max(start, stop * 1e-3)
     edge = [np.array([start]), np.geomspace(low, stop, max(2, math.ceil(math.log2(stop / low)) + 1))]
     if longest_delay > 0:
         edge.append(np.linspace(start, stop, math.ceil((stop - start) * longest_delay / (2 * _PHASE)) + 1))
+    if len(corners):
+        inside = np.array([corner for corner in corners if start < corner < stop])
+        edge += (
+            [inside, np.geomspace(start, low, max(1, math.ceil(math.log2(low / start))) + 1)] if start > 0 else [inside]
+        )
     edges = np.unique(np.concatenate(edge))
     a, b = edges[:-1], edges[1:]
     kept: list[Real] = []
     near = poles[poles.imag >= 0]
     while len(a):
         half, middle = (b - a) / 2, (b + a) / 2
-        close = np.abs(np.subtract.outer(1j * middle, near)).min(axis=1, initial=math.inf) < _CLEAR * half
+        close = np.abs(np.subtract.outer(1j * middle, near)).min(axis=1, initial=math.inf) < clear * half
         close &= half > 1e-13 * middle
         kept.append(np.stack([middle[~close], half[~close]]))
         middle, a, b = middle[close], a[close], b[close]

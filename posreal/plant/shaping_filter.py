@@ -34,6 +34,16 @@ class ShapingFilter:
         x = np.linalg.solve(s[..., None, None] * np.eye(n) - self.A, np.broadcast_to(self.B, (*s.shape, n, 1)))
         return (self.C @ x)[..., 0, 0] + self.D[0, 0]
 
+    @property
+    def filter(self) -> ShapingFilter:
+        """The part of an excitation that is a filter: this is all of it."""
+        return self
+
+    @property
+    def rational(self) -> ShapingFilter:
+        """A filter that has the density, or comes near it: this has it."""
+        return self
+
     def then(self, after: ShapingFilter) -> ShapingFilter:
         """The product of the two: what comes out of this one goes into `after`."""
         n, m = len(self.A), len(after.A)

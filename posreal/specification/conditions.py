@@ -12,8 +12,10 @@ from typing import Any
 
 from posreal.errors import BadInput, listed
 from posreal.metric import Norm
+from posreal.plant.sampled import SampledDensity
 from posreal.specification.problem import Problem
 from posreal.vehicle import parameters
+from posreal.vehicle.track import PAPER, Track, paper
 from posreal.vehicle.weighting import Weighting
 
 _LOWEST_CUT, _HIGHEST_CUT = 0.1, 1000.0  # Hz
@@ -74,8 +76,35 @@ def cut(problem: Problem, hertz: float) -> Problem:
     return dataclasses.replace(problem, vehicle=vehicle)
 
 
+def on_track(problem: Problem, track: str | Track, wavelengths: tuple[float, float] | None = None) -> Problem:
+    """The problem on another track, or on some wavelengths, m, of one.
+
+    Raises
+    ------
+    BadInput
+        For an unknown track, one without what shakes this vehicle, or wavelengths that leave nothing.
+    """
+    direction = problem.vehicle.direction
+    if direction is None:
+        raise BadInput(f"a track does not fit {problem.name}; it is what a rail vehicle runs on")
+    chosen = Track.named(track) if isinstance(track, str) else track
+    if chosen.name == PAPER and wavelengths is None:
+        return problem
+    if chosen.name == PAPER and direction == "vertical":
+        chosen = paper(float(parameters(problem.vehicle)["Av"]))
+    if wavelengths is not None:
+        chosen = chosen.between(*wavelengths)
+    if not (direction == "lateral" and chosen.lateral_of_the_paper and wavelengths is None):
+        chosen.spectrum(direction)
+    vehicle = dataclasses.replace(problem.vehicle, irregularity=chosen)  # type: ignore[type-var]
+    return dataclasses.replace(problem, vehicle=vehicle)
+
+
 def conditions(problem: Problem) -> dict[str, Any]:
-    """Track, speed (m/s), weighting and band (Hz) of a problem's figures; empty for a plant of one's own."""
+    """Track, speed (m/s), weighting and band (Hz) of a problem's figures; empty for a plant of one's own.
+
+    Where the objective is the largest over a range of speeds, the speed is the highest, and ``speeds`` says so.
+    """
     vehicle = problem.vehicle
     if not parameters(vehicle):
         return {}
@@ -83,8 +112,12 @@ def conditions(problem: Problem) -> dict[str, Any]:
     speeds = {norm.speed for norm in norms if norm.speed is not None}
     ends = {norm.stop / (2 * math.pi) for norm in norms}
     found: dict[str, Any] = {}
+    if vehicle.direction is not None:
+        found["track"] = PAPER if vehicle.irregularity is None else vehicle.irregularity.name
     if speeds or vehicle.V > 0:  # a structure has none
         found["speed"] = max(speeds, default=vehicle.V)
+    if speeds:
+        found["speeds"] = "up to"
     found["weighting"] = "none" if vehicle.weighting is None else vehicle.weighting.name
     if ends:
         (end,) = ends if len(ends) == 1 else (math.nan,)
@@ -97,7 +130,12 @@ def in_words(problem: Problem, *, whole_band: bool = False) -> str:
     found = conditions(problem)
     if not found:
         return ""
-    said = [f"at {found['speed']:.6g} m/s"] if "speed" in found else []
+    track, said = found.get("track"), []
+    if track is not None:
+        said.append("on the paper's track" if track == PAPER else f"on {track}")
+    if "speed" in found:
+        said.append(f"at{' speeds up to' if found.get('speeds') else ''} {found['speed']:.6g} m/s")
+        said = [(", " if "," in said[0] else " ").join(said)]
     weighting = found["weighting"]
     said.append("unweighted" if weighting == "none" else f"weighted by {weighting}")
     band = found.get("band")
@@ -119,7 +157,23 @@ def cautions(problem: Problem) -> list[str]:
                 f"{problem.vehicle.weighting} still counts; leave --cut-off out"
             )
             break
-    return found
+    return [*found, *_of_a_fit(problem)]
+
+
+def _of_a_fit(problem: Problem) -> list[str]:
+    vehicle = problem.vehicle
+    shaping = vehicle.plant(vehicle.random).shaping if vehicle.irregularity is not None else None
+    if not isinstance(shaping, SampledDensity):
+        return []
+    how = (
+        f"a filter whose density is {shaping.rms_db:.2g} dB r.m.s. from it and {shaping.max_db:.2g} dB at most"
+        if shaping.rms_db > 0
+        else "the filter that does not end there"
+    )
+    return [
+        f"no filter has exactly the density of {vehicle.irregularity}: figures here are of itself, but matrix "
+        f"inequalities and bounds take {how}"
+    ]
 
 
 def _norms(problem: Problem) -> list[Norm]:

@@ -11,7 +11,7 @@ from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import PeakInTime
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.real_elements import RealElements, read_elements
-from posreal.specification.conditions import cut, in_weighting
+from posreal.specification.conditions import cut, in_weighting, on_track
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.limits import limited
@@ -29,6 +29,7 @@ from posreal.vehicle import (
 )
 from posreal.vehicle.manchester import ManchesterCoach
 from posreal.vehicle.seen_from import seen_from
+from posreal.vehicle.track import PAPER, Track
 from posreal.vehicle.weighting import Weighting
 
 VEHICLES: tuple[type[Vehicle], ...] = (PlanView, SideView, ManchesterCoach, QuarterCar)
@@ -107,6 +108,9 @@ def problem(
     limits: Mapping[str, float] | None = None,
     worst_case: Sequence[Mapping[str, Any]] = (),
     at: str | None = None,
+    track: str | Track | None = None,
+    wavelengths: tuple[float, float] | None = None,
+    speed: float | None = None,
     weighting: str | Weighting | None = None,
     cut_off: float | None = None,
     ranges: Any = None,
@@ -140,6 +144,12 @@ def problem(
         constraints hold at each.
     at : str, optional
         Where the device goes, if not where the problem has it: ``primary`` in the plan view.
+    track : str or Track, optional
+        What the vehicle runs on: ``paper``, or a standard track such as ``erri-low``, ``fra-4``, ``aar-6``, ``china``.
+    wavelengths : (float, float), optional
+        All that counts of the track, the shortest and the longest in m.
+    speed : float, optional
+        m/s.
     weighting : str, optional
         ``Wb`` (EN 12299), ``Wb-iso``, ``Wk``, ``Wd``, ``Wc``, ``We`` or ``none``: ride and comfort are
         then those of the weighted acceleration, over all frequencies: ``aw_T`` in place of ``J1z_T``, ``max_aw_y`` in
@@ -195,7 +205,13 @@ def problem(
         if "k" not in parameters(model):
             raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
         model = override(model, {"k": stiffness}, where="stiffness")
+    if speed is not None:
+        if "V" not in parameters(model):
+            raise BadInput(f"a speed does not fit {name}")
+        model = override(model, {"V": speed}, where="speed")
     chosen = dataclasses.replace(chosen, vehicle=model)
+    if track is not None or wavelengths is not None:
+        chosen = on_track(chosen, PAPER if track is None else track, wavelengths)
     if at is not None:
         if chosen.free:
             raise BadInput(f"{name} leaves {listed(chosen.free)} free, so its device stays where it is")

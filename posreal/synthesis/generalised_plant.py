@@ -187,7 +187,7 @@ def generalised_plant(
     band = problem.vehicle.pade_band or BAND * scale.omega
     opened = opened.driven_by(*delay_chains(plant, band))
     if plant.shaping is not None:
-        H = plant.shaping
+        H = plant.shaping.rational
         opened = opened.driven_by(H.A, H.B, H.C, H.D)
     if norms[0].kind == "H2":
         density = np.diag(np.sqrt(math.pi * scale.omega * plant.density * np.array(plant.shares)))

@@ -30,7 +30,8 @@ from posreal.ranges import SECONDARY
 from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
-from posreal.vehicle.side_view import SideView, seen_from_the_side, vertical_metrics, weighted
+from posreal.vehicle.side_view import SideView, on_load, seen_from_the_side, vertical_metrics
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.weighting import Weighting
 
 _IWNICKI = "Iwnicki1998"
@@ -57,6 +58,7 @@ class ManchesterCoach:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source="Jiang2012, Table 4")
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source="Jiang2012, Table 4")
     V: float = parameter(55.0, "m/s", "speed", source="Jiang2012, Table 4")
+    irregularity: Track | None = None
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz
 
@@ -70,6 +72,7 @@ class ManchesterCoach:
     passive: ClassVar[bool] = True
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = SideView.pade_band
+    direction: ClassVar[Direction | None] = SideView.direction
 
     def __post_init__(self) -> None:
         validated(self)
@@ -137,4 +140,4 @@ class ManchesterCoach:
 
 @lru_cache(maxsize=256)
 def _plant(vehicle: ManchesterCoach, load: str) -> Plant:
-    return weighted(vehicle.track(), load, vehicle.weighting)
+    return on_load(vehicle.track(), load, vehicle.V, vehicle.irregularity, vehicle.weighting)

@@ -52,6 +52,7 @@ from posreal.ranges import PRIMARY, SECONDARY
 from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track, shaken
 from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
 from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
@@ -123,6 +124,7 @@ class PlanView:
     g: float = parameter(9.8, "m/s^2", "gravity", source=_TABLE1)
     Al: float = parameter(1.886e-9, "m", "lateral track roughness", source=_TABLE1)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE1)
+    irregularity: Track | None = None
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz, of the weighted figures
 
@@ -150,6 +152,7 @@ class PlanView:
         "Cpy": ("primary", 0),
     }
     pade_band: ClassVar[float | None] = RAIL_BAND
+    direction: ClassVar[Direction | None] = "lateral"
 
     def __post_init__(self) -> None:
         validated(self)
@@ -252,13 +255,15 @@ class PlanView:
         """
         N0 = np.zeros((7, 2))
         N0[1, 0] = N0[3, 1] = self._conicity_stiffness
-        return self._plant(
+        plant = self._plant(
             self.second_order(primary_open=primary_open),
             N0,
             "body_acceleration",
             shaping=_track_acceleration(),
             density=2 * math.pi * self.Al * self.V**2,
         )
+        alignment = None if self.irregularity is None else self.irregularity.lateral
+        return plant if alignment is None else shaken(plant, alignment, self.V, 2)
 
     def curve_entry(self, *, primary_open: bool = False) -> Plant:
         """Plant entering the curve: w rises from 0 on the straight to 1 in the full curve; ``body_displacement`` (m).

@@ -27,6 +27,7 @@ from posreal.ranges import ROAD
 from posreal.real_elements import ROAD as REAL_ROAD
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.vehicle import RAIL_BAND
 from posreal.vehicle.weighting import Weighting
 
@@ -59,6 +60,8 @@ class QuarterCar:
     compared: ClassVar[tuple[str, ...]] = ()
     ride: ClassVar[str] = "J1"
     random: ClassVar[str] = "road"
+    direction: ClassVar[Direction | None] = None
+    irregularity: ClassVar[Track | None] = None
     weighting: ClassVar[Weighting | None] = None
     weighted: ClassVar[Mapping[str, str]] = {}
     comfort: ClassVar[tuple[str, ...]] = ()

@@ -14,6 +14,7 @@ from posreal.errors import BadInput, listed, shown
 from posreal.metric import ClosedVehicle, Metric
 from posreal.plant.plant import Plant, absorbed
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.vehicle import Vehicle
 from posreal.vehicle.weighting import Weighting
 
@@ -71,6 +72,16 @@ class SeenFrom:
     def random(self) -> str:
         """The vehicle's."""
         return self.vehicle.random
+
+    @property
+    def direction(self) -> Direction | None:
+        """The vehicle's."""
+        return self.vehicle.direction
+
+    @property
+    def irregularity(self) -> Track | None:
+        """The vehicle's."""
+        return self.vehicle.irregularity
 
     @property
     def weighting(self) -> Weighting | None:

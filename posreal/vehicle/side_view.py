@@ -47,6 +47,7 @@ from posreal.ranges import SECONDARY
 from posreal.real_elements import RAIL
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track, driven_by_acceleration, shaken
 from posreal.vehicle.vehicle import RAIL_BAND, WHOLE
 from posreal.vehicle.weighting import SPERLING, WEIGHTED, Weighting, filtered, sperling
 
@@ -126,7 +127,7 @@ def vertical_metrics(cut_off: float | None = None) -> Mapping[str, Metric]:
         "static_stiffness": StaticStiffness(),
         "inertance": Inertance(),
         **{f"deflection_velocity_rms_{end}": _velocity(end) for end in ("front", "rear")},
-        **{f"gain_acceleration_{point}": LargestGain("track", f"acceleration_{point}") for point in PLACES},
+        **{f"gain_acceleration_{point}": LargestGain("slope", f"acceleration_{point}") for point in PLACES},
         **_comfort(stop),
     }
 
@@ -153,6 +154,7 @@ class SideView:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source=_TABLE4)
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source=_TABLE4)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE4)
+    irregularity: Track | None = None
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz
 
@@ -173,6 +175,7 @@ class SideView:
     passive: ClassVar[bool] = True
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = RAIL_BAND
+    direction: ClassVar[Direction | None] = "vertical"
 
     def __post_init__(self) -> None:
         validated(self)
@@ -301,8 +304,32 @@ def seen_from_the_side(
     )
 
 
-def weighted(plant: Plant, load: str, weighting: Weighting | None) -> Plant:
-    """A side view on one of its loads, from that on its track; Wb where no weighting is asked for."""
+def from_acceleration(plant: Plant) -> Plant:
+    """A side view driven by the acceleration of the profile under its first wheel in place of the velocity."""
+    climbing = np.zeros_like(plant.Bw)
+    climbing[6:12] = -plant.Bw[:6]  # q̃ stays and q̇ is the velocity of the profile, shape by shape
+    return driven_by_acceleration(plant, climbing)
+
+
+def on_load(plant: Plant, load: str, speed: float, irregularity: Track | None, weighting: Weighting | None) -> Plant:
+    """A side view on one of its loads, from that on the profile's white velocity of [Jiang2012].
+
+    Parameters
+    ----------
+    plant : Plant
+    load : str
+    speed : m/s
+    irregularity : Track or None
+        None: that of the paper.
+    weighting : Weighting or None
+        None: Wb.
+    """
+    if load == "slope":
+        return plant
+    if irregularity is not None:
+        spectrum = irregularity.spectrum("vertical")
+        derivative = max(1, spectrum.fitted().law.least_derivative())
+        plant = shaken(plant if derivative == 1 else from_acceleration(plant), spectrum, speed, derivative)
     if load not in (WEIGHTED, SPERLING):
         return plant
     through = sperling(VERTICAL_SPERLING) if load == SPERLING else (weighting or Weighting("Wb")).filter
@@ -311,4 +338,4 @@ def weighted(plant: Plant, load: str, weighting: Weighting | None) -> Plant:
 
 @lru_cache(maxsize=256)
 def _plant(vehicle: SideView, load: str) -> Plant:
-    return weighted(vehicle.track(), load, vehicle.weighting)
+    return on_load(vehicle.track(), load, vehicle.V, vehicle.irregularity, vehicle.weighting)

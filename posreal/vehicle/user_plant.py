@@ -21,6 +21,7 @@ from posreal.plant import hinf_norm
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.weighting import Weighting
 
 _COLUMNS = 5  # outputs that have a column where designs stand side by side
@@ -50,6 +51,8 @@ class UserPlant:
     name: ClassVar[str] = "plant"
     compared: ClassVar[tuple[str, ...]] = ()
     random: ClassVar[str] = "load"
+    direction: ClassVar[Direction | None] = None
+    irregularity: ClassVar[Track | None] = None
     weighting: ClassVar[Weighting | None] = None
     weighted: ClassVar[Mapping[str, str]] = {}
     comfort: ClassVar[tuple[str, ...]] = ()

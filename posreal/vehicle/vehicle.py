@@ -10,6 +10,7 @@ from posreal.errors import BadInput, hint
 from posreal.metric import ClosedVehicle, Measured, Metric
 from posreal.plant.plant import Plant
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.weighting import Weighting
 
 RAIL_BAND = 15.0
@@ -35,6 +36,10 @@ class Vehicle(Protocol):
         The mean square by which a search takes its units, on the load case `random`.
     passive : bool
         Whether the vehicle is stable with every passive device.
+    direction : {"vertical", "lateral"} or None
+        Which irregularity of a track shakes it; None for a vehicle that runs on none.
+    irregularity : Track or None
+        What it runs on; None: the track of its own source.
     weighting : Weighting or None
         By which the metrics `comfort` are weighted; None: by the standard one, and they are shown only where asked for.
     weighted : mapping of metric to metric
@@ -68,6 +73,12 @@ class Vehicle(Protocol):
 
     @property
     def random(self) -> str: ...
+
+    @property
+    def direction(self) -> Direction | None: ...
+
+    @property
+    def irregularity(self) -> Track | None: ...
 
     @property
     def weighting(self) -> Weighting | None: ...
