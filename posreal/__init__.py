@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from posreal.topology.result import Search
     from posreal.topology.search import search
     from posreal.vehicle import PlanView, QuarterCar, SideView, Vehicle
+    from posreal.vehicle.flexible_body import FlexibleBody, MeasuredMode
     from posreal.vehicle.track import Track
     from posreal.vehicle.weighting import Weighting
 
@@ -169,6 +170,10 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "SideView",
         "Vehicle",
     ),
+    "posreal.vehicle.flexible_body": (
+        "FlexibleBody",
+        "MeasuredMode",
+    ),
     "posreal.vehicle.track": ("Track",),
     "posreal.vehicle.weighting": ("Weighting",),
 }
@@ -182,6 +187,7 @@ __all__ = [
     "Constraint",
     "Damper",
     "Design",
+    "FlexibleBody",
     "Graph",
     "Inerter",
     "Infeasible",
@@ -189,6 +195,7 @@ __all__ = [
     "Lever",
     "Limits",
     "Measured",
+    "MeasuredMode",
     "Metric",
     "Network",
     "NotPositiveReal",

@@ -75,6 +75,8 @@ def _named(subject: Problem) -> bool:
     """Whether names and parameters are enough to have the vehicle and its track again."""
     vehicle = subject.vehicle
     track, direction = vehicle.irregularity, vehicle.direction
+    if vehicle.body is not None and vehicle.body.text is None:
+        return False
     return is_named(subject) and (track is None or direction is None or track.stored(direction))
 
 
@@ -88,7 +90,9 @@ def _problem_out(subject: Problem, weights: tuple[tuple[str, float], ...]) -> di
 
 
 def _conditions(subject: Problem) -> dict[str, Any]:
-    return {"weighting": subject.vehicle.weighting, "track": subject.vehicle.irregularity}
+    return {"weighting": subject.vehicle.weighting, "track": subject.vehicle.irregularity} | (
+        {} if subject.vehicle.body is None else {"body": subject.vehicle.body.text}
+    )
 
 
 def _plant_out(about: BoundedFigure) -> dict[str, Any]:

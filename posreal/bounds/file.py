@@ -119,12 +119,14 @@ def _about(data: Any) -> tuple[BoundedFigure, Problem | None, tuple[tuple[str, f
         return _plant_in(data), None, ()
     told, under = data, {}
     if isinstance(data, dict):
-        under = {key: str(data[key]) for key in ("weighting", "track") if key in data}
+        under = {key: str(data[key]) for key in ("weighting", "track", "body") if key in data}
         told = {key: value for key, value in data.items() if key not in under}
     table = _table(told, "about", ("problem", "objective", "weights", "vehicle"))
     if table["problem"] not in [entry.name for entry in problems()]:
         raise BadInput(f"problem is {shown(table['problem'])}; known are {listed(entry.name for entry in problems())}")
-    posed = problem(table["problem"], weighting=under.get("weighting"), track=under.get("track"))
+    posed = problem(
+        table["problem"], weighting=under.get("weighting"), track=under.get("track"), body=under.get("body")
+    )
     if not parameters(posed.vehicle):
         raise BadInput(f"{posed.name} is a plant of one's own, and is stored as one")
     fields = tuple(parameters(posed.vehicle))

@@ -10,6 +10,7 @@ import typer
 
 from posreal.cli.options import (
     AsJson,
+    Body,
     CutOff,
     Objective,
     Position,
@@ -54,6 +55,7 @@ def bound(
     track: TrackName = None,
     wavelengths: Wavelengths = None,
     speed: Speed = None,
+    body: Body = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
     seed: Seed = 0,
@@ -76,6 +78,7 @@ def bound(
         track=track,
         wavelengths=wavelengths,
         speed=speed,
+        body=body,
         weighting=weighting,
         cut_off=cut_off,
     )

@@ -51,6 +51,12 @@ Wavelengths = Annotated[
     typer.Option("--wavelengths", metavar="SHORT:LONG", help="All that counts of the track, m, such as 1:150."),
 ]
 Speed = Annotated[str | None, typer.Option("--speed", metavar="V", help="A number in m/s, or with a unit: 200 km/h.")]
+Body = Annotated[
+    str | None,
+    typer.Option(
+        "--body", metavar="TEXT", help="rigid, flexible (8.5 Hz, 1.5 %), or first mode, damping and modes: '9 Hz,2%,2'."
+    ),
+]
 WeightingName = Annotated[
     str | None,
     typer.Option(
@@ -165,6 +171,7 @@ def posed(
     track: str | None = None,
     wavelengths: str | None = None,
     speed: str | None = None,
+    body: str | None = None,
     weighting: str | None = None,
     cut_off: str | None = None,
     ranges: Path | None = None,
@@ -188,6 +195,7 @@ def posed(
         at=at,
         track=track,
         wavelengths=None if wavelengths is None else read_wavelengths(wavelengths),
+        body=body,
         speed=None if speed is None else number("--speed", speed, "m/s"),
         weighting=weighting,
         cut_off=end,

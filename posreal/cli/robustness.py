@@ -10,6 +10,7 @@ import typer
 from posreal.cli.options import (
     AsJson,
     At,
+    Body,
     CutOff,
     DeviceWords,
     ElementTolerance,
@@ -51,6 +52,7 @@ def tolerance(
     track: TrackName = None,
     wavelengths: Wavelengths = None,
     speed: Speed = None,
+    body: Body = None,
     weighting: WeightingName = None,
     cut_off: CutOff = None,
     limit: Limit = None,
@@ -79,6 +81,7 @@ def tolerance(
         track=track,
         wavelengths=wavelengths,
         speed=speed,
+        body=body,
         weighting=weighting,
         cut_off=cut_off,
     )

@@ -15,6 +15,7 @@ from posreal.metric import Norm
 from posreal.plant.sampled import SampledDensity
 from posreal.specification.problem import Problem
 from posreal.vehicle import parameters
+from posreal.vehicle.flexible_body import BEAM_ENDS, FlexibleBody, read_body
 from posreal.vehicle.track import PAPER, Track, paper
 from posreal.vehicle.weighting import Weighting
 
@@ -67,7 +68,8 @@ def cut(problem: Problem, hertz: float) -> Problem:
     vehicle = dataclasses.replace(problem.vehicle, cut_off=float(hertz))  # type: ignore[type-var]
     names = [problem.objective] if problem.goal is None else [name for name, _ in problem.goal.parts]
     rides = [name for name in (*names, *problem.keep) if name in vehicle.weighted]
-    fixed = [name for name in rides if vehicle.metrics[name] == problem.vehicle.metrics[name]]
+    other = dataclasses.replace(vehicle, cut_off=2 * hertz)  # type: ignore[type-var]
+    fixed = [name for name in rides if vehicle.metrics[name] == other.metrics[name]]
     if fixed:
         raise BadInput(
             f"a cut-off does not fit {problem.name}: {listed(fixed)} ends at 20 Hz, as the sum of [Jiang2012] does; "
@@ -100,6 +102,20 @@ def on_track(problem: Problem, track: str | Track, wavelengths: tuple[float, flo
     return dataclasses.replace(problem, vehicle=vehicle)
 
 
+def with_body(problem: Problem, body: str | FlexibleBody) -> Problem:
+    """The problem with a body that bends: ``flexible``, ``8.5 Hz,1.5%,2``, or a :class:`FlexibleBody`.
+
+    Raises
+    ------
+    BadInput
+        For a body that is none, or a vehicle whose body does not bend where it is shaken.
+    """
+    chosen = read_body(body) if isinstance(body, str) else body
+    if problem.vehicle.direction != "vertical":
+        raise BadInput(f"a flexible body does not fit {problem.name}; it is of a vehicle seen from the side")
+    return dataclasses.replace(problem, vehicle=dataclasses.replace(problem.vehicle, body=chosen))  # type: ignore[type-var]
+
+
 def conditions(problem: Problem) -> dict[str, Any]:
     """Track, speed (m/s), weighting and band (Hz) of a problem's figures; empty for a plant of one's own.
 
@@ -118,6 +134,8 @@ def conditions(problem: Problem) -> dict[str, Any]:
         found["speed"] = max(speeds, default=vehicle.V)
     if speeds:
         found["speeds"] = "up to"
+    if vehicle.direction == "vertical":
+        found["body"] = "rigid" if vehicle.body is None else str(vehicle.body)
     found["weighting"] = "none" if vehicle.weighting is None else vehicle.weighting.name
     if ends:
         (end,) = ends if len(ends) == 1 else (math.nan,)
@@ -136,6 +154,7 @@ def in_words(problem: Problem, *, whole_band: bool = False) -> str:
     if "speed" in found:
         said.append(f"at{' speeds up to' if found.get('speeds') else ''} {found['speed']:.6g} m/s")
         said = [(", " if "," in said[0] else " ").join(said)]
+    said += [f"body {found['body']}"] if found.get("body", "rigid") != "rigid" else []
     weighting = found["weighting"]
     said.append("unweighted" if weighting == "none" else f"weighted by {weighting}")
     band = found.get("band")
@@ -157,6 +176,12 @@ def cautions(problem: Problem) -> list[str]:
                 f"{problem.vehicle.weighting} still counts; leave --cut-off out"
             )
             break
+    body = problem.vehicle.body
+    if body is not None and not body.measured and body.highest > BEAM_ENDS:
+        found.append(
+            f"the body's highest mode is at {body.highest:.3g} Hz, and above {BEAM_ENDS:g} Hz a coach is no uniform "
+            "beam: take fewer modes, or measured ones"
+        )
     return [*found, *_of_a_fit(problem)]
 
 

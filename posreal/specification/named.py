@@ -11,7 +11,7 @@ from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import PeakInTime
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.real_elements import RealElements, read_elements
-from posreal.specification.conditions import cut, in_weighting, on_track
+from posreal.specification.conditions import cut, in_weighting, on_track, with_body
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.limits import limited
@@ -27,6 +27,7 @@ from posreal.vehicle import (
     parameters,
     whole_band_twin,
 )
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.manchester import ManchesterCoach
 from posreal.vehicle.seen_from import seen_from
 from posreal.vehicle.track import PAPER, Track
@@ -111,6 +112,7 @@ def problem(
     track: str | Track | None = None,
     wavelengths: tuple[float, float] | None = None,
     speed: float | None = None,
+    body: str | FlexibleBody | None = None,
     weighting: str | Weighting | None = None,
     cut_off: float | None = None,
     ranges: Any = None,
@@ -150,6 +152,9 @@ def problem(
         All that counts of the track, the shortest and the longest in m.
     speed : float, optional
         m/s.
+    body : str or FlexibleBody, optional
+        ``rigid``, ``flexible`` (8.5 Hz, 1.5 %), or the first mode, its damping and the number of modes of a uniform
+        beam, as in ``9 Hz,2%,2``.
     weighting : str, optional
         ``Wb`` (EN 12299), ``Wb-iso``, ``Wk``, ``Wd``, ``Wc``, ``We`` or ``none``: ride and comfort are
         then those of the weighted acceleration, over all frequencies: ``aw_T`` in place of ``J1z_T``, ``max_aw_y`` in
@@ -205,6 +210,10 @@ def problem(
         if "k" not in parameters(model):
             raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
         model = override(model, {"k": stiffness}, where="stiffness")
+    chosen = dataclasses.replace(chosen, vehicle=model)
+    if body is not None:
+        chosen = with_body(chosen, body)
+        model = chosen.vehicle
     if speed is not None:
         if "V" not in parameters(model):
             raise BadInput(f"a speed does not fit {name}")

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
 from posreal.real_elements import RAIL
+from posreal.vehicle.flexible_body import BodyMode, FlexibleBody, read_modes
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.side_view import SideView, on_load, seen_from_the_side, vertical_metrics
@@ -58,6 +59,7 @@ class ManchesterCoach:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source="Jiang2012, Table 4")
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source="Jiang2012, Table 4")
     V: float = parameter(55.0, "m/s", "speed", source="Jiang2012, Table 4")
+    body: FlexibleBody | None = None
     irregularity: Track | None = None
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz
@@ -72,6 +74,7 @@ class ManchesterCoach:
     passive: ClassVar[bool] = True
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = SideView.pade_band
+    tables: ClassVar[Mapping[str, tuple[str, Callable[[Any, str], Any]]]] = {"modes": ("body", read_modes)}
     direction: ClassVar[Direction | None] = SideView.direction
 
     def __post_init__(self) -> None:
@@ -120,24 +123,38 @@ class ManchesterCoach:
 
     def track(self) -> Plant:
         """Plant on the track profile: the outputs of :meth:`.side_view.SideView.track`."""
-        coach = SideView(
-            mv=self.mv, mb=self.mb, Iv=self.Iv, Ib=self.Ib, lvx=self.lvx, lbx=self.lbx, Kpz=self.Kpz, V=self.V
-        )
+        coach = self._on_springs()
         body, wheels = coach.second_order(), coach.wheels()
-        sides = dataclasses.replace(body, C=np.zeros((6, 6)), E=math.sqrt(2) * body.E)  # two devices in each port
+        sides = dataclasses.replace(
+            body, C=coach.bending_damping(), E=math.sqrt(2) * body.E
+        )  # two devices in each port
         A, Bw = self._with_damper_forces(sides, wheels)
         Bf = np.vstack([sides.device_force(), np.zeros((4, 2))])
-        return seen_from_the_side(sides, self.lvx, A, Bw, Bf, coach.wheel_delays, math.pi * self.Av * self.V)
+        return seen_from_the_side(
+            sides, (self.lvx, self.bending()), A, Bw, Bf, coach.wheel_delays, math.pi * self.Av * self.V
+        )
+
+    def bending(self) -> tuple[BodyMode, ...]:
+        """The modes of the body; none where it is rigid."""
+        return self._on_springs().bending()
+
+    def _on_springs(self) -> SideView:
+        """The side view of the same masses and springs."""
+        same = ("mv", "mb", "Iv", "Ib", "lvx", "lbx", "Kpz", "V", "body")
+        return SideView(**{name: getattr(self, name) for name in same})
 
     def _with_damper_forces(self, body: SecondOrder, wheels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A and Bw of x = (q̃, q̇, f): the dampers push the wheels apart from the bogies."""
-        none, stiff = np.zeros((6, 4)), 2 * self.Kpz_end
+        count = len(body.M)
+        none, stiff = np.zeros((count, 4)), 2 * self.Kpz_end
         push = np.vstack([none, np.linalg.solve(body.M, wheels.T)])
-        A = np.block([[body.free(), push], [np.zeros((4, 6)), -stiff * wheels, -self.Kpz_end / self.Cpz * np.eye(4)]])
+        A = np.block(
+            [[body.free(), push], [np.zeros((4, count)), -stiff * wheels, -self.Kpz_end / self.Cpz * np.eye(4)]]
+        )
         Bw = np.vstack([body.track_velocity(2 * self.Kpz * wheels.T, 0 * wheels.T), stiff * np.eye(4)])
         return A, Bw
 
 
 @lru_cache(maxsize=256)
 def _plant(vehicle: ManchesterCoach, load: str) -> Plant:
-    return on_load(vehicle.track(), load, vehicle.V, vehicle.irregularity, vehicle.weighting)
+    return on_load(vehicle, vehicle.track(), load)

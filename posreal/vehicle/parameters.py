@@ -11,7 +11,7 @@ them, one table a vehicle, each value a number in the field's SI unit or a strin
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -124,4 +124,9 @@ def from_file(vehicle: T, path: str | Path, table: str, known_tables: tuple[str,
             )
     if table not in document:
         raise BadInput(f"{plain(path)} has no table [{table}], the vehicle of this problem")
-    return override(vehicle, document[table], where=f"{plain(path)} [{table}]")
+    values, where = dict(document[table]), f"{plain(path)} [{table}]"
+    readers: Mapping[str, tuple[str, Callable[[Any, str], Any]]] = getattr(vehicle, "tables", {})
+    for key in [key for key in values if key in readers]:
+        name, read = readers[key]
+        vehicle = dataclasses.replace(vehicle, **{name: read(values.pop(key), where)})  # type: ignore[type-var]
+    return override(vehicle, values, where=where)

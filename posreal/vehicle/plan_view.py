@@ -50,6 +50,7 @@ from posreal.plant.second_order import SecondOrder
 from posreal.plant.shaping_filter import ShapingFilter
 from posreal.ranges import PRIMARY, SECONDARY
 from posreal.real_elements import RAIL
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track, shaken
@@ -152,6 +153,7 @@ class PlanView:
         "Cpy": ("primary", 0),
     }
     pade_band: ClassVar[float | None] = RAIL_BAND
+    body: ClassVar[FlexibleBody | None] = None
     direction: ClassVar[Direction | None] = "lateral"
 
     def __post_init__(self) -> None:

@@ -25,6 +25,7 @@ from posreal.plant.plant import Plant
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import ROAD
 from posreal.real_elements import ROAD as REAL_ROAD
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track
@@ -60,6 +61,7 @@ class QuarterCar:
     compared: ClassVar[tuple[str, ...]] = ()
     ride: ClassVar[str] = "J1"
     random: ClassVar[str] = "road"
+    body: ClassVar[FlexibleBody | None] = None
     direction: ClassVar[Direction | None] = None
     irregularity: ClassVar[Track | None] = None
     weighting: ClassVar[Weighting | None] = None

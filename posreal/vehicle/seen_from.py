@@ -13,6 +13,7 @@ from posreal.admittance import state_space
 from posreal.errors import BadInput, listed, shown
 from posreal.metric import ClosedVehicle, Metric
 from posreal.plant.plant import Plant, absorbed
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.vehicle import Vehicle
@@ -72,6 +73,11 @@ class SeenFrom:
     def random(self) -> str:
         """The vehicle's."""
         return self.vehicle.random
+
+    @property
+    def body(self) -> FlexibleBody | None:
+        """The vehicle's."""
+        return self.vehicle.body
 
     @property
     def direction(self) -> Direction | None:

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -45,6 +45,7 @@ from posreal.plant.quadrature import BAND
 from posreal.plant.second_order import SecondOrder
 from posreal.ranges import SECONDARY
 from posreal.real_elements import RAIL
+from posreal.vehicle.flexible_body import BodyMode, FlexibleBody, read_modes
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track, driven_by_acceleration, shaken
@@ -154,6 +155,7 @@ class SideView:
     g: float = parameter(9.8, "m/s^2", "gravity, the unit of %g", source=_TABLE4)
     Av: float = parameter(2.5e-7, "m", "vertical track roughness", source=_TABLE4)
     V: float = parameter(55.0, "m/s", "speed", source=_TABLE4)
+    body: FlexibleBody | None = None
     irregularity: Track | None = None
     weighting: Weighting | None = None
     cut_off: float | None = None  # Hz
@@ -175,6 +177,7 @@ class SideView:
     passive: ClassVar[bool] = True
     free: ClassVar[Mapping[str, tuple[str, int]]] = {}
     pade_band: ClassVar[float | None] = RAIL_BAND
+    tables: ClassVar[Mapping[str, tuple[str, Callable[[Any, str], Any]]]] = {"modes": ("body", read_modes)}
     direction: ClassVar[Direction | None] = "vertical"
 
     def __post_init__(self) -> None:
@@ -233,19 +236,30 @@ class SideView:
 
     def second_order(self) -> SecondOrder:
         """M, C, K without the secondary suspension; ports bounce and pitch."""
-        M = np.diag([self.mv, self.Iv, self.mb, self.Ib, self.mb, self.Ib])
-        K, C = np.zeros((6, 6)), np.zeros((6, 6))
+        modes = self.bending()
+        M = np.diag([self.mv, self.Iv, self.mb, self.Ib, self.mb, self.Ib, *(mode.mass for mode in modes)])
+        K = np.diag([0.0] * 6 + [mode.mass * mode.omega**2 for mode in modes])
+        C = self.bending_damping()
         for wheel in self.wheels():
             K += 2 * self.Kpz * np.outer(wheel, wheel)
             C += 2 * self.Cpz * np.outer(wheel, wheel)
-        front = np.array([-1.0, -self.lvx, 1.0, 0.0, 0.0, 0.0])
-        rear = np.array([-1.0, self.lvx, 0.0, 0.0, 1.0, 0.0])
+        front = np.array([-1.0, -self.lvx, 1.0, 0.0, 0.0, 0.0, *(-mode.front for mode in modes)])
+        rear = np.array([-1.0, self.lvx, 0.0, 0.0, 1.0, 0.0, *(-mode.rear for mode in modes)])
         E = np.column_stack([front + rear, front - rear]) / math.sqrt(2)
-        return SecondOrder(M, C, K, E, ("zv", "thv", "zb1", "thb1", "zb2", "thb2"))
+        names = ("zv", "thv", "zb1", "thb1", "zb2", "thb2", *(f"q{n}" for n in range(1, len(modes) + 1)))
+        return SecondOrder(M, C, K, E, names)
+
+    def bending(self) -> tuple[BodyMode, ...]:
+        """The modes of the body; none where it is rigid."""
+        return () if self.body is None else self.body.modes(self.mv, self.Iv, self.lvx)
+
+    def bending_damping(self) -> np.ndarray:
+        """C of the body's modes alone."""
+        return np.diag([0.0] * 6 + [2 * mode.damping * mode.omega * mode.mass for mode in self.bending()])
 
     def wheels(self) -> np.ndarray:
         """Displacement of the bogie over each of the four wheelsets, as rows on q."""
-        wheels = np.zeros((4, 6))
+        wheels = np.zeros((4, 6 + len(self.bending())))
         for i, (zb, arm) in enumerate(((2, self.lbx), (2, -self.lbx), (4, self.lbx), (4, -self.lbx))):
             wheels[i, zb], wheels[i, zb + 1] = 1.0, arm
         return wheels
@@ -261,27 +275,41 @@ class SideView:
         body, wheels = self.second_order(), self.wheels()
         Bw = body.track_velocity(2 * self.Kpz * wheels.T, 2 * self.Cpz * wheels.T)
         density = math.pi * self.Av * self.V
-        return seen_from_the_side(body, self.lvx, body.free(), Bw, body.device_force(), self.wheel_delays, density)
+        at = (self.lvx, self.bending())
+        return seen_from_the_side(body, at, body.free(), Bw, body.device_force(), self.wheel_delays, density)
 
 
 def seen_from_the_side(
-    body: SecondOrder, lvx: float, A: Real, Bw: Real, Bf: Real, delays: Sequence[float], density: float
+    body: SecondOrder,
+    at: tuple[float, tuple[BodyMode, ...]],
+    A: Real,
+    Bw: Real,
+    Bf: Real,
+    delays: Sequence[float],
+    density: float,
 ) -> Plant:
-    """The outputs and ports of a side view, whatever follows its coordinates and their rates (12 states) in the state.
+    """The outputs and ports of a side view, whatever follows its coordinates and their rates in the state.
 
     Parameters
     ----------
     body : SecondOrder
-        Coordinates zv, thv and those of the bogies; ports bounce and pitch.
-    lvx : m, semi distance of the bogie centres
+        Coordinates zv, thv, those of the bogies, and the body's modes q1, …; ports bounce and pitch.
+    at : semi distance of the bogie centres, m, and the modes
     A (n, n), Bw (n, 4), Bf (n, 2)
     delays : of the four wheelsets, s
     density : of the track velocity, per rad/s
     """
-    zeros, rest = np.zeros(6), np.zeros((2, len(A) - 12))
-    points = [body.row(zv=1, thv=lvx), body.row(zv=1), body.row(zv=1, thv=-lvx)]
-    acceleration = np.array([np.concatenate([zeros, point, rest[0]]) for point in points])
-    deflection = np.array([body.row(zv=-1, thv=-lvx, zb1=1), body.row(zv=-1, thv=lvx, zb2=1)])
+    lvx, modes = at
+    count = len(body.M)
+    zeros, rest = np.zeros(count), np.zeros((2, len(A) - 2 * count))
+
+    def point(arm: float, shape: Sequence[float]) -> Real:
+        return body.row(zv=1, thv=arm, **{f"q{n}": value for n, value in enumerate(shape, 1)})
+
+    front, rear = point(lvx, [mode.front for mode in modes]), point(-lvx, [mode.rear for mode in modes])
+    points = [front, point(0.0, [mode.middle for mode in modes]), rear]
+    acceleration = np.array([np.concatenate([zeros, row, rest[0]]) for row in points])
+    deflection = np.array([body.row(zb1=1) - front, body.row(zb2=1) - rear])
     return Plant(
         A=A,
         Bw=Bw,
@@ -289,8 +317,8 @@ def seen_from_the_side(
         Cz=np.vstack([acceleration @ A, np.hstack([np.kron(np.eye(2), deflection), np.zeros((4, rest.shape[1]))])]),
         Dzw=np.vstack([acceleration @ Bw, np.zeros((4, 4))]),
         Dzf=np.vstack([acceleration @ Bf, np.zeros((4, 2))]),
-        Cd=np.hstack([body.E.T, np.zeros((2, 6)), rest]),
-        Cv=np.hstack([np.zeros((2, 6)), body.E.T, rest]),
+        Cd=np.hstack([body.E.T, np.zeros((2, count)), rest]),
+        Cv=np.hstack([np.zeros((2, count)), body.E.T, rest]),
         delays=np.array(delays),
         outputs=(
             *(f"acceleration_{point}" for point in "LMT"),
@@ -304,38 +332,49 @@ def seen_from_the_side(
     )
 
 
-def from_acceleration(plant: Plant) -> Plant:
-    """A side view driven by the acceleration of the profile under its first wheel in place of the velocity."""
+def from_acceleration(plant: Plant, count: int = 6) -> Plant:
+    """A side view of so many coordinates driven by the acceleration of the profile in place of its velocity."""
     climbing = np.zeros_like(plant.Bw)
-    climbing[6:12] = -plant.Bw[:6]  # q̃ stays and q̇ is the velocity of the profile, shape by shape
+    climbing[count : 2 * count] = -plant.Bw[:count]  # q̃ stays and q̇ is the velocity of the profile, shape by shape
     return driven_by_acceleration(plant, climbing)
 
 
-def on_load(plant: Plant, load: str, speed: float, irregularity: Track | None, weighting: Weighting | None) -> Plant:
-    """A side view on one of its loads, from that on the profile's white velocity of [Jiang2012].
+class SeenFromTheSide(Protocol):
+    """What its load needs to know of a side view."""
 
-    Parameters
-    ----------
-    plant : Plant
-    load : str
-    speed : m/s
-    irregularity : Track or None
-        None: that of the paper.
-    weighting : Weighting or None
-        None: Wb.
+    @property
+    def V(self) -> float: ...
+
+    @property
+    def body(self) -> FlexibleBody | None: ...
+
+    @property
+    def irregularity(self) -> Track | None: ...
+
+    @property
+    def weighting(self) -> Weighting | None: ...
+
+    def bending(self) -> tuple[BodyMode, ...]: ...
+
+
+def on_load(vehicle: SeenFromTheSide, plant: Plant, load: str) -> Plant:
+    """A side view on one of its loads, from the plant on the profile's white velocity of [Jiang2012].
+
+    Without a track of its own it runs on that of the paper, and without a weighting it is weighted by Wb.
     """
     if load == "slope":
         return plant
-    if irregularity is not None:
-        spectrum = irregularity.spectrum("vertical")
+    if vehicle.irregularity is not None:
+        spectrum = vehicle.irregularity.spectrum("vertical")
         derivative = max(1, spectrum.fitted().law.least_derivative())
-        plant = shaken(plant if derivative == 1 else from_acceleration(plant), spectrum, speed, derivative)
+        driven = plant if derivative == 1 else from_acceleration(plant, 6 + len(vehicle.bending()))
+        plant = shaken(driven, spectrum, vehicle.V, derivative)
     if load not in (WEIGHTED, SPERLING):
         return plant
-    through = sperling(VERTICAL_SPERLING) if load == SPERLING else (weighting or Weighting("Wb")).filter
+    through = sperling(VERTICAL_SPERLING) if load == SPERLING else (vehicle.weighting or Weighting("Wb")).filter
     return filtered(plant, through, tuple(f"acceleration_{point}" for point in PLACES))
 
 
 @lru_cache(maxsize=256)
 def _plant(vehicle: SideView, load: str) -> Plant:
-    return on_load(vehicle.track(), load, vehicle.V, vehicle.irregularity, vehicle.weighting)
+    return on_load(vehicle, vehicle.track(), load)

@@ -20,6 +20,7 @@ from posreal.metric import ClosedVehicle, Inertance, LargestGain, Metric, RootMe
 from posreal.plant import hinf_norm
 from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.weighting import Weighting
@@ -51,6 +52,7 @@ class UserPlant:
     name: ClassVar[str] = "plant"
     compared: ClassVar[tuple[str, ...]] = ()
     random: ClassVar[str] = "load"
+    body: ClassVar[FlexibleBody | None] = None
     direction: ClassVar[Direction | None] = None
     irregularity: ClassVar[Track | None] = None
     weighting: ClassVar[Weighting | None] = None

@@ -9,6 +9,7 @@ from posreal.admittance import Rational
 from posreal.errors import BadInput, hint
 from posreal.metric import ClosedVehicle, Measured, Metric
 from posreal.plant.plant import Plant
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.place import Place
 from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.weighting import Weighting
@@ -36,6 +37,8 @@ class Vehicle(Protocol):
         The mean square by which a search takes its units, on the load case `random`.
     passive : bool
         Whether the vehicle is stable with every passive device.
+    body : FlexibleBody or None
+        How its body bends; None: not at all.
     direction : {"vertical", "lateral"} or None
         Which irregularity of a track shakes it; None for a vehicle that runs on none.
     irregularity : Track or None
@@ -73,6 +76,9 @@ class Vehicle(Protocol):
 
     @property
     def random(self) -> str: ...
+
+    @property
+    def body(self) -> FlexibleBody | None: ...
 
     @property
     def direction(self) -> Direction | None: ...

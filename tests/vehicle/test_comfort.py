@@ -247,7 +247,7 @@ def test_sperling_s_index(name, weighting, device, expected):
 )
 def test_optima_of_layouts(name, weighting, entry, best):
     """As good as what another optimiser found; weighting reverses what the vertical layouts of [Jiang2012] gain."""
-    design = optimise(problem(name, weighting=weighting), layout(entry), starts=2)
+    design = optimise(problem(name, weighting=weighting), layout(entry), starts=2, any_values=True)
     assert design.objective.value <= best * (1 + 5e-5)
     assert design.objective.value >= best * (1 - 1e-3)
 
@@ -302,9 +302,9 @@ def test_a_weighting_takes_the_place_of_every_ride_figure():
 
 def test_what_figures_hold_under():
     posed = problem("vertical-comfort", weighting="Wb", vehicle={"V": 40.0})
-    assert conditions(posed) == {"speed": 40.0, "weighting": "Wb", "band": [0.0, None]}
+    assert conditions(posed) == {"track": "paper", "speed": 40.0, "weighting": "Wb", "band": [0.0, None]}
     assert cautions(posed) == []
-    assert in_words(problem("vertical-comfort")) == "at 55 m/s, unweighted, up to 20 Hz"
+    assert in_words(problem("vertical-comfort")) == "on the paper's track at 55 m/s, unweighted, up to 20 Hz"
     (said,) = cautions(problem("vertical-comfort", weighting="Wb", cut_off=20))
     assert "cut at 20 Hz" in said
     assert cautions(problem("vertical-comfort", cut_off=15)) == []
