@@ -11,6 +11,7 @@ from examples import (
     a_network_from_a_formula,
     best_damper_behind_a_bush,
     building_in_wind_and_earthquake,
+    measured_track,
     own_vehicle,
 )
 
@@ -18,6 +19,7 @@ TESTED = {
     "a_network_from_a_formula",
     "best_damper_behind_a_bush",
     "building_in_wind_and_earthquake",
+    "measured_track",
     "own_vehicle",
 }
 
@@ -50,3 +52,10 @@ def test_own_vehicle():
 def test_building_in_wind_and_earthquake():
     found = building_in_wind_and_earthquake.main()
     assert found["order 2"] < 0.94 * found["damper"]
+
+
+def test_measured_track():
+    found = measured_track.main()
+    assert found["D1"] == pytest.approx(0.9843, rel=0.03)
+    assert found["by frequency"] == pytest.approx(found["on erri-low"], rel=0.05)
+    assert found["in time"] == pytest.approx(found["by frequency"], rel=0.05)

@@ -43,7 +43,9 @@ Stiffness = Annotated[
 TrackName = Annotated[
     str | None,
     typer.Option(
-        "--track", metavar="NAME", help="What the vehicle runs on: paper, erri-low, fra-4, …; see `posreal track`."
+        "--track",
+        metavar="NAME",
+        help="What the vehicle runs on: paper, erri-low, fra-4, … (`posreal track`), or FILE or FILE:column.",
     ),
 ]
 Wavelengths = Annotated[

@@ -12,7 +12,10 @@ from posreal.cli.output import print_json
 
 
 def track(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="A standard track, such as erri-low.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="NAME|FILE", help="A standard track, such as erri-low, or FILE or FILE:column."),
+    ] = None,
     wavelengths: Annotated[
         str | None, typer.Option(metavar="SHORT:LONG", help="What counts of it, such as 1:150, in m.")
     ] = None,
@@ -51,7 +54,7 @@ def track(
         return
     if plot is not None:
         require_writable(plot, FORMATS)
-    chosen = Track.named(name)
+    chosen = Track.read(name)
     if wavelengths is not None:
         chosen = chosen.between(*read_wavelengths(wavelengths))
     report = track_report(chosen, speed=None if speed is None else number("--speed", speed, "m/s"))

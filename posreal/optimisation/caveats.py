@@ -45,7 +45,7 @@ def _ringing(design: Design) -> list[str]:
     if whole >= _RINGS * design.metrics[metric].value:
         said.append(
             f"{metric} ends at {_end(problem)}; over all frequencies it is {whole:.6g} {design.metrics[twin].unit}, "
-            f"because this device rings above: --objective whole-band minimises that instead, "
+            f"because this device rings above {_end(problem)}: --objective whole-band minimises that instead, "
             f"--limit {twin}=… keeps it low"
         )
     lost = -(problem.improvement(design.metrics, twin) or 0.0)

@@ -9,6 +9,7 @@ as long as ω h ≪ 1.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import expm
@@ -17,6 +18,7 @@ from posreal.errors import Unsettled
 from posreal.plant.modes import Corners, Modes, modes
 from posreal.plant.plant import ClosedLoop, Real
 
+_PART = 10.0  # s, over which a mean square is taken to see how they scatter
 _WINDOW = 8.0  # s, looked at in any case
 _STEP = 1e-2  # s, between samples where no mode needs a closer look
 _PER_RADIAN = 0.4  # of the fastest mode that can be seen: its peak is missed by 2 % of its size at most
@@ -139,6 +141,59 @@ def monte_carlo(
     blocks = np.array([block.mean() for block in np.array_split(squares, 20)])
     value = math.sqrt(float(squares.mean()))
     return value, float(blocks.std(ddof=1) / math.sqrt(len(blocks)) / (2 * value))
+
+
+def run_through(
+    of: Modes, output: str, pieces: Sequence[Real], spacing: float, speed: float, derivative: int
+) -> tuple[float, float]:
+    """Root mean square of an output while a profile is run over, and its standard error from parts of a few seconds.
+
+    A cubic spline goes through the profile; its derivative is held over steps of at most 2 ms, in each channel late by
+    its own delay. What the vehicle does before it has settled is left out of every piece.
+
+    Parameters
+    ----------
+    of : Modes
+        Of the vehicle driven by that derivative.
+    output : str
+    pieces : arrays of the profile, m
+    spacing : between its values, m
+    speed : m/s
+    derivative : 1 or 2
+
+    Raises
+    ------
+    Unsettled
+        If the pieces are too short for the vehicle to settle on them.
+    """
+    from scipy.interpolate import CubicSpline
+    from scipy.signal import lfilter  # slow to import, and only this needs it
+
+    settle = 8.0 / float(-of.poles.real.max()) + float(of.delays.max())
+    step = min(2e-3, spacing / speed / 2)
+    j, means = of.outputs.index(output), []
+    for piece in pieces:
+        count = math.floor((len(piece) - 1) * spacing / speed / step)
+        if count * step < settle + _PART:
+            continue
+        time = step * (np.arange(count) + 0.5)
+        rate = CubicSpline(spacing / speed * np.arange(len(piece)), piece).derivative(derivative)
+        z = np.zeros(count)
+        for channel, delay in enumerate(of.delays):
+            late = np.where(time >= delay, rate(np.maximum(time - delay, 0.0)), 0.0)
+            for pole, gain in zip(of.poles, of.residues[j, channel], strict=True):
+                decay = np.exp(pole * step)
+                z += lfilter([0.0, gain * (decay - 1.0) / pole], [1.0, -decay], late).real
+            z += of.direct[j, channel] * late
+        squares = z[math.ceil(settle / step) :] ** 2
+        means += [float(part.mean()) for part in np.array_split(squares, max(1, int(len(squares) * step / _PART)))]
+    if len(means) < 2:
+        raise Unsettled(
+            f"the pieces of the track are too short: the vehicle settles in {settle:.3g} s, and two times {_PART:g} s "
+            "more are looked at"
+        )
+    value = math.sqrt(sum(means) / len(means))
+    return value, float(np.std(means, ddof=1)) / math.sqrt(len(means)) / (2 * value)
 
 
 def _step_for(delays: Real, longest: float) -> float:

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from posreal.errors import BadInput, listed
-from posreal.metric import Norm
+from posreal.metric import ClosedVehicle, Norm
 from posreal.plant.sampled import SampledDensity
 from posreal.specification.problem import Problem
 from posreal.vehicle import parameters
@@ -20,6 +20,7 @@ from posreal.vehicle.track import PAPER, Track, paper
 from posreal.vehicle.weighting import Weighting
 
 _LOWEST_CUT, _HIGHEST_CUT = 0.1, 1000.0  # Hz
+_LOST = 1.0  # % of the ride that missing wavelengths may cost unsaid
 _ENOUGH = 100.0  # Hz, from where a weighted figure is over all frequencies: weightings end there by themselves
 
 
@@ -89,7 +90,7 @@ def on_track(problem: Problem, track: str | Track, wavelengths: tuple[float, flo
     direction = problem.vehicle.direction
     if direction is None:
         raise BadInput(f"a track does not fit {problem.name}; it is what a rail vehicle runs on")
-    chosen = Track.named(track) if isinstance(track, str) else track
+    chosen = Track.read(track) if isinstance(track, str) else track
     if chosen.name == PAPER and wavelengths is None:
         return problem
     if chosen.name == PAPER and direction == "vertical":
@@ -182,7 +183,33 @@ def cautions(problem: Problem) -> list[str]:
             f"the body's highest mode is at {body.highest:.3g} Hz, and above {BEAM_ENDS:g} Hz a coach is no uniform "
             "beam: take fewer modes, or measured ones"
         )
-    return [*found, *_of_a_fit(problem)]
+    return [*found, *_of_missing_wavelengths(problem), *_of_a_fit(problem)]
+
+
+def _of_missing_wavelengths(problem: Problem) -> list[str]:
+    """What of the ride is lost where a track ends at wavelengths that matter at the speed."""
+    vehicle, port = problem.vehicle, problem.default_port
+    track, direction = vehicle.irregularity, vehicle.direction
+    if track is None or direction is None or port is None or (direction == "lateral" and track.lateral_of_the_paper):
+        return []
+    spectrum = track.spectrum(direction)
+    names = [name for name, norm in _named_norms(problem) if norm.load != "slope"]
+    if not spectrum.ends or not names:
+        return []
+    whole = Track(f"{track}, and on", spectrum.extended, spectrum.extended, "")
+    values = [
+        vehicle.metrics[names[0]].measure(ClosedVehicle(one, {"secondary": port}, confirmed=False)).value
+        for one in (vehicle, dataclasses.replace(vehicle, irregularity=whole))  # type: ignore[type-var]
+    ]
+    lost = 100 * (1 - values[0] / values[1])
+    if lost < _LOST:
+        return []
+    (short, long), speed = spectrum.band, conditions(problem)["speed"]
+    return [
+        f"the track has {short:.4g} to {long:.4g} m and nothing else, which at {speed:.6g} m/s are "
+        f"{speed / long:.3g} to {speed / short:.3g} Hz: if its spectrum went on beyond, {names[0]} of the default "
+        f"suspension would be {100 * (values[1] / values[0] - 1):.3g} % larger"
+    ]
 
 
 def _of_a_fit(problem: Problem) -> list[str]:
@@ -203,6 +230,10 @@ def _of_a_fit(problem: Problem) -> list[str]:
 
 def _norms(problem: Problem) -> list[Norm]:
     """Of the mean squares that the objective is made of."""
+    return [norm for _, norm in _named_norms(problem)]
+
+
+def _named_norms(problem: Problem) -> list[tuple[str, Norm]]:
     names = [problem.base_objective] if problem.goal is None else [name for name, _ in problem.goal.parts]
-    norms = [problem.vehicle.metrics[name].norm() for name in names]
-    return [norm for norm in norms if norm is not None and norm.kind == "H2"]
+    norms = [(name, problem.vehicle.metrics[name].norm()) for name in names]
+    return [(name, norm) for name, norm in norms if norm is not None and norm.kind == "H2"]

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from scipy.special import chdtri
 
-from posreal.errors import BadInput
+from posreal.errors import BadInput, listed
 from posreal.study.drawing import save, sheet
 from posreal.text_table import table
 from posreal.vehicle.spectrum import Spectrum
@@ -87,6 +88,15 @@ class TrackReport:
             )
             ends = "nothing outside" if spectrum.ends else "its formula goes on"
             said.append(f"{name}: stated from {shortest:g} to {longest:g} m, {ends}; {how}.")
+        if (measured := self.track.measured) is not None:
+            said += [f"{note[:1].upper()}{note[1:]}." for note in measured.notes]
+            for direction, profile in measured.profiles.items():
+                fewer, more = (10 * math.log10(profile.freedom / chdtri(profile.freedom, p)) for p in (0.05, 0.95))
+                columns = listed(profile.columns).replace(" or ", " and ")
+                said.append(
+                    f"{TITLES[direction].capitalize()} from {columns}, {profile.windows} windows: 90 % of a bin's "
+                    f"estimates are from {fewer:.2g} to +{more:.2g} dB about it."
+                )
         if self.speed is not None:
             low, high = (self.speed / f for f in RIDE[::-1])
             said.append(

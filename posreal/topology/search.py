@@ -219,6 +219,7 @@ def _header(problem: Problem, settings: SearchSettings) -> dict[str, Any]:
         "vehicle": [problem.vehicle.name, _parameters(problem)],
         "objective": problem.objective,
         "conditions": conditions(problem),
+        "track": repr(problem.vehicle.irregularity),
         "points": [dict(point) for point in problem.points],
         "constraints": [[c.metric, c.sense, c.value] for c in problem.constraints],
         "free": {name: [r.lower, r.upper] for name, r in problem.free.items()},

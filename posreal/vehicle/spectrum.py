@@ -30,6 +30,8 @@ _STARTS, _SEED = 12, 1
 _GOOD_DB = 0.35  # r.m.s. error at which a fraction of fewer poles is kept
 _ORDERS = ((1, 3), (2, 4), (3, 5))  # zeros and poles that are tried in turn
 _EVERYWHERE = (0.01, 1e7)  # m: less than 1e-6 of a ride lies outside at any speed of a train
+ERRI = (0.0206, 0.8246)
+"""Corners Ωr and Ωc of the spectra of [ERRI1989], rad/m."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -140,6 +142,23 @@ class HyperbolicLaw:
 
 
 @dataclass(frozen=True)
+class TableLaw:
+    """Values at Ω (rad/m), straight in ln S over ln Ω between them and on from the last ones."""
+
+    Omega: tuple[float, ...]
+    S: tuple[float, ...]
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Ω at which it is not smooth, rad/m."""
+        return self.Omega
+
+    def __call__(self, Omega: Real) -> Real:
+        """m²/(rad/m) at each Ω, rad/m."""
+        return np.asarray(np.exp(np.interp(np.log(Omega), np.log(self.Omega), np.log(self.S))))
+
+
+@dataclass(frozen=True)
 class Fit:
     """A fraction that comes near a law: r.m.s. and largest error over the band, in dB of S."""
 
@@ -200,6 +219,17 @@ class Spectrum:
                 )
         return replace(self, band=band, ends=True)
 
+    @property
+    def extended(self) -> Spectrum:
+        """The same where it is known; beyond, its own law, or ERRI's of the same r.m.s. where it is no formula."""
+        if not self.ends:
+            return self
+        if not isinstance(self.law, TableLaw):
+            return replace(self, ends=False)
+        shape = Spectrum(RationalLaw(1.0, (), ERRI), self.band, ends=True)
+        gain = (self.rms(*self.band) / shape.rms(*self.band)) ** 2
+        return Spectrum(RationalLaw(gain, (), ERRI), self.band)
+
     def rms(self, shortest: float, longest: float) -> float:
         """Root mean square of the profile between two wavelengths, m: by two rules of quadrature that agree."""
         low, high = 2 * math.pi / longest, 2 * math.pi / shortest
@@ -219,7 +249,7 @@ class Spectrum:
             x = middle[:, None] + half[:, None] * _NODES
             return math.sqrt(float(np.sum(half[:, None] * _WEIGHTS * self.density(np.exp(x)) * np.exp(x))))
 
-        if not inside and not np.any(self.density(np.exp(np.linspace(edges[0], edges[-1], 50)))):
+        if not np.any(self.density(np.exp(np.linspace(edges[0], edges[-1], 50)))):
             return 0.0
         return settled("the r.m.s. of the track", (adaptive, gauss)).value
 
@@ -300,7 +330,9 @@ def fitted(law: Law, band: tuple[float, float], poles: int) -> Fit:
 def _least_squares(law: Law, band: tuple[float, float], zeros: int, poles: int) -> Fit:
     """Least squares of ln S over ln Ω in the logarithms of zeros and poles, from several starts."""
     shortest, longest = band
-    Omega = np.geomspace(2 * math.pi / longest, 2 * math.pi / shortest, _POINTS)
+    rough = isinstance(law, TableLaw)  # an estimate, whose own scatter is larger than what more work would gain
+    points, starts, steps = (120, 3, 40) if rough else (_POINTS, _STARTS, 200)
+    Omega = np.geomspace(2 * math.pi / longest, 2 * math.pi / shortest, points)
     value = law(Omega)
     target, x = np.log(value), Omega**2
     if not np.all(np.isfinite(target)):
@@ -324,8 +356,8 @@ def _least_squares(law: Law, band: tuple[float, float], zeros: int, poles: int) 
 
     rng = np.random.default_rng(_SEED)
     low, high = math.log(Omega[0]) - 1.0, math.log(Omega[-1]) + 1.0
-    starts = (rng.uniform(low, high, zeros + poles) for _ in range(_STARTS))
-    found = [least_squares(residual, start, slope, bounds=(low - 4, high + 4), max_nfev=200) for start in starts]
+    begun = (rng.uniform(low, high, zeros + poles) for _ in range(starts))
+    found = [least_squares(residual, start, slope, bounds=(low - 4, high + 4), max_nfev=steps) for start in begun]
     best = min(found, key=lambda one: float(one.cost))
     off = residual(best.x) * 10 / math.log(10)
     gain = math.exp(float((target - shape(best.x)).mean()))

@@ -17,19 +17,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Literal
+from pathlib import Path
 
 import numpy as np
 
-from posreal.errors import BadInput, hint, shown
+from posreal.errors import BadInput, hint, plain, shown
 from posreal.plant.plant import Plant, Real
 from posreal.plant.sampled import SampledDensity
 from posreal.plant.shaping_filter import ShapingFilter
-from posreal.vehicle.spectrum import HyperbolicLaw, PowerLaw, RationalLaw, Spectrum
+from posreal.vehicle.spectrum import ERRI, HyperbolicLaw, PowerLaw, RationalLaw, Spectrum
+from posreal.vehicle.track_file import Direction, MeasuredTrack, read_track
 
-Direction = Literal["vertical", "lateral"]
 _TURN = 2 * math.pi
 _AV = 2.5e-7  # m
 PAPER = "paper"
@@ -46,6 +46,8 @@ class Track:
     source : str
     lateral_of_the_paper : bool
         Whether the alignment is the filter of [Jiang2012], which is one of time and has no density over the wavelength.
+    measured : MeasuredTrack or None
+        The profiles themselves, where they come from a file.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Track:
     lateral: Spectrum | None
     source: str
     lateral_of_the_paper: bool = False
+    measured: MeasuredTrack | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
         return self.name
@@ -75,6 +78,45 @@ class Track:
     def erri(cls, level: str) -> Track:
         """ERRI B176 ``low`` or ``high``."""
         return cls.named(f"erri-{level}")
+
+    @classmethod
+    def from_file(cls, path: str | Path, column: str | None = None) -> Track:
+        """A measured one; see :mod:`.track_file` for what is read.
+
+        Parameters
+        ----------
+        path : path
+        column : str, optional
+            Columns by name or number, parted by commas, if not those that the header tells.
+
+        Raises
+        ------
+        BadInput
+            If it cannot be read, or too little of it is numbers.
+        """
+        found = read_track(path, column)
+        parts = [found.profiles[way].spectrum if way in found.profiles else None for way in ("vertical", "lateral")]
+        name = Path(path).name + ("" if column is None else f":{column}")
+        return cls(plain(name), parts[0], parts[1], "measured", measured=found)
+
+    @classmethod
+    def read(cls, text: str) -> Track:
+        """A standard track by name, or ``FILE`` or ``FILE:column``.
+
+        Raises
+        ------
+        BadInput
+        """
+        if text in standard() or text == PAPER:
+            return cls.named(text)
+        if Path(text).exists():
+            return cls.from_file(text)
+        path, colon, column = text.rpartition(":")
+        if colon and Path(path).exists():
+            return cls.from_file(path, column)
+        if any(mark in text for mark in "./:"):
+            raise BadInput(f"cannot read {plain(text)}: there is no such file, and no track of that name")
+        return cls.named(text)
 
     def spectrum(self, direction: Direction) -> Spectrum:
         """The profile or the alignment.
@@ -107,7 +149,8 @@ class Track:
     def between(self, shortest: float, longest: float) -> Track:
         """The same track between two wavelengths, m, and nothing else."""
         parts = [None if one is None else one.between(shortest, longest) for one in (self.vertical, self.lateral)]
-        return replace(self, name=f"{self.name}, {shortest:g} to {longest:g} m", vertical=parts[0], lateral=parts[1])
+        name = f"{self.name}, {shortest:g} to {longest:g} m"
+        return replace(self, name=name, vertical=parts[0], lateral=parts[1], measured=None)
 
 
 @lru_cache(maxsize=1)
@@ -127,7 +170,7 @@ _ANY = (1.0, 200.0)  # m, of a law that is stated for no band
 
 
 def _erri() -> list[Track]:
-    Omega_c, Omega_r = 0.8246, 0.0206
+    Omega_r, Omega_c = ERRI
     levels = {"low": (4.032e-7, 2.119e-7), "high": (1.080e-6, 6.125e-7)}
 
     def spectrum(A: float) -> Spectrum:
