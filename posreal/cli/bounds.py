@@ -17,6 +17,7 @@ from posreal.cli.options import (
     ProblemName,
     Seed,
     Speed,
+    Standard,
     Stiffness,
     TrackName,
     VehicleFile,
@@ -57,6 +58,7 @@ def bound(
     speed: Speed = None,
     body: Body = None,
     weighting: WeightingName = None,
+    standard: Standard = None,
     cut_off: CutOff = None,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -80,6 +82,7 @@ def bound(
         speed=speed,
         body=body,
         weighting=weighting,
+        standard=standard,
         cut_off=cut_off,
     )
     if save is not None:

@@ -52,7 +52,18 @@ Wavelengths = Annotated[
     str | None,
     typer.Option("--wavelengths", metavar="SHORT:LONG", help="All that counts of the track, m, such as 1:150."),
 ]
-Speed = Annotated[str | None, typer.Option("--speed", metavar="V", help="A number in m/s, or with a unit: 200 km/h.")]
+Speed = Annotated[
+    str | None,
+    typer.Option(
+        "--speed",
+        metavar="V",
+        help="A number in m/s, with a unit such as 200 km/h, or FIRST:LAST:STEP: the worst counts.",
+    ),
+]
+Standard = Annotated[
+    str | None,
+    typer.Option("--standard", metavar="NAME", help="en12299: its weighting, with a95, N_MV and class in words."),
+]
 Body = Annotated[
     str | None,
     typer.Option(
@@ -175,6 +186,7 @@ def posed(
     speed: str | None = None,
     body: str | None = None,
     weighting: str | None = None,
+    standard: str | None = None,
     cut_off: str | None = None,
     ranges: Path | None = None,
     band_only: bool = False,
@@ -198,7 +210,8 @@ def posed(
         track=track,
         wavelengths=None if wavelengths is None else read_wavelengths(wavelengths),
         body=body,
-        speed=None if speed is None else number("--speed", speed, "m/s"),
+        speed=None if speed is None else read_speeds(speed),
+        standard=standard,
         weighting=weighting,
         cut_off=end,
         ranges=ranges,
@@ -211,6 +224,20 @@ def refuse_both(any_values: bool, ranges: Path | None) -> None:
     """Values cannot be any and within a file's ranges at once."""
     if any_values and ranges is not None:
         raise BadInput("--any-values takes values that --ranges leaves out; give one of the two")
+
+
+def read_speeds(text: str) -> float | list[float]:
+    """``200 km/h``, or ``30:70:5`` as 30, 35, … 70 m/s."""
+    if ":" not in text:
+        return number("--speed", text, "m/s")
+    try:
+        first, last, step = (float(part) for part in text.split(":"))
+        count = round((last - first) / step) + 1
+        if not (step > 0 and 2 <= count <= 1000 and math.isclose(first + (count - 1) * step, last)):
+            raise ValueError
+    except (ValueError, OverflowError, ZeroDivisionError):
+        raise BadInput(f"--speed {shown(text)} is no range such as 30:70:5, first, last and step in m/s") from None
+    return [first + k * step for k in range(count)]
 
 
 def read_wavelengths(text: str) -> tuple[float, float]:

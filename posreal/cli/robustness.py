@@ -23,6 +23,7 @@ from posreal.cli.options import (
     Ranges,
     Seed,
     Speed,
+    Standard,
     Stiffness,
     TrackName,
     VehicleFile,
@@ -54,6 +55,7 @@ def tolerance(
     speed: Speed = None,
     body: Body = None,
     weighting: WeightingName = None,
+    standard: Standard = None,
     cut_off: CutOff = None,
     limit: Limit = None,
     worst_case: WorstCase = None,
@@ -83,6 +85,7 @@ def tolerance(
         speed=speed,
         body=body,
         weighting=weighting,
+        standard=standard,
         cut_off=cut_off,
     )
     design = read_design(question, words(device))

@@ -10,7 +10,7 @@ import dataclasses
 import math
 from typing import Any
 
-from posreal.errors import BadInput, listed
+from posreal.errors import BadInput, listed, shown
 from posreal.metric import ClosedVehicle, Norm
 from posreal.plant.sampled import SampledDensity
 from posreal.specification.problem import Problem
@@ -52,6 +52,21 @@ def in_weighting(problem: Problem, name: str | Weighting) -> Problem:
         keep=tuple(twins.get(kept, kept) for kept in problem.keep),
         goal=goal,
     )
+
+
+def standard_weighting(problem: Problem, standard: str, weighting: str | Weighting | None) -> str:
+    """The weighting of a standard for the direction in which a problem's vehicle is shaken.
+
+    Raises
+    ------
+    BadInput
+        For a standard that is not known, or one that comes with another weighting.
+    """
+    if standard.lower().replace(" ", "") != "en12299":
+        raise BadInput(f"no standard is called {shown(standard)}; accepted is en12299")
+    if weighting is not None:
+        raise BadInput(f"{standard} brings its own weighting; leave out {weighting}")
+    return "Wd" if problem.vehicle.direction == "lateral" else "Wb"
 
 
 def cut(problem: Problem, hertz: float) -> Problem:
@@ -135,6 +150,9 @@ def conditions(problem: Problem) -> dict[str, Any]:
         found["speed"] = max(speeds, default=vehicle.V)
     if speeds:
         found["speeds"] = "up to"
+    others = [dict(point) for point in problem.points]
+    if others:
+        found["also_at"] = others
     if vehicle.direction == "vertical":
         found["body"] = "rigid" if vehicle.body is None else str(vehicle.body)
     found["weighting"] = "none" if vehicle.weighting is None else vehicle.weighting.name
@@ -155,6 +173,13 @@ def in_words(problem: Problem, *, whole_band: bool = False) -> str:
     if "speed" in found:
         said.append(f"at{' speeds up to' if found.get('speeds') else ''} {found['speed']:.6g} m/s")
         said = [(", " if "," in said[0] else " ").join(said)]
+    if found.get("also_at"):
+        count = 1 + len(found["also_at"])
+        over = sorted({*(point["V"] for point in found["also_at"] if "V" in point), found.get("speed", math.nan)})
+        only = all(set(point) == {"V"} for point in found["also_at"])
+        said.append(
+            f"worst of {count} speeds from {over[0]:g} to {over[-1]:g} m/s" if only else f"worst of {count} points"
+        )
     said += [f"body {found['body']}"] if found.get("body", "rigid") != "rigid" else []
     weighting = found["weighting"]
     said.append("unweighted" if weighting == "none" else f"weighted by {weighting}")

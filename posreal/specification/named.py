@@ -11,7 +11,7 @@ from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import PeakInTime
 from posreal.ranges import UsualRanges, ranges_from, read_ranges
 from posreal.real_elements import RealElements, read_elements
-from posreal.specification.conditions import cut, in_weighting, on_track, with_body
+from posreal.specification.conditions import cut, in_weighting, on_track, standard_weighting, with_body
 from posreal.specification.constraint import Range
 from posreal.specification.goal import Goal, weighted_sum
 from posreal.specification.limits import limited
@@ -33,6 +33,7 @@ from posreal.vehicle.seen_from import seen_from
 from posreal.vehicle.track import PAPER, Track
 from posreal.vehicle.weighting import Weighting
 
+_MOST_SPEEDS = 30
 VEHICLES: tuple[type[Vehicle], ...] = (PlanView, SideView, ManchesterCoach, QuarterCar)
 
 _KPY, _CPY, _KSY = Range(2.4e6, 9.4e6), Range(2.4e3, 6e4), Range(1.2e5, 4.9e5)
@@ -111,9 +112,10 @@ def problem(
     at: str | None = None,
     track: str | Track | None = None,
     wavelengths: tuple[float, float] | None = None,
-    speed: float | None = None,
+    speed: float | Sequence[float] | None = None,
     body: str | FlexibleBody | None = None,
     weighting: str | Weighting | None = None,
+    standard: str | None = None,
     cut_off: float | None = None,
     ranges: Any = None,
     band_only: bool = False,
@@ -150,8 +152,8 @@ def problem(
         What the vehicle runs on: ``paper``, or a standard track such as ``erri-low``, ``fra-4``, ``aar-6``, ``china``.
     wavelengths : (float, float), optional
         All that counts of the track, the shortest and the longest in m.
-    speed : float, optional
-        m/s.
+    speed : float or sequence of float, optional
+        m/s; of several the worst is minimised, as over operating points.
     body : str or FlexibleBody, optional
         ``rigid``, ``flexible`` (8.5 Hz, 1.5 %), or the first mode, its damping and the number of modes of a uniform
         beam, as in ``9 Hz,2%,2``.
@@ -159,6 +161,8 @@ def problem(
         ``Wb`` (EN 12299), ``Wb-iso``, ``Wk``, ``Wd``, ``Wc``, ``We`` or ``none``: ride and comfort are
         then those of the weighted acceleration, over all frequencies: ``aw_T`` in place of ``J1z_T``, ``max_aw_y`` in
         place of ``Macc``.
+    standard : {"en12299"}, optional
+        The weighting that it takes for the vehicle's direction, with its indices beside: Wb, laterally Wd.
     cut_off : float, optional
         Frequency, Hz, at which ``J1z_…`` and ``aw_…`` end: 20 by default for the first, none for the second.
     ranges : path, mapping or UsualRanges, optional
@@ -191,6 +195,8 @@ def problem(
             chosen = dataclasses.replace(chosen, objective=goal.name, goal=goal)
         else:
             chosen = dataclasses.replace(chosen, objective=rides[position])
+    if standard is not None:
+        weighting = standard_weighting(chosen, standard, weighting)
     if weighting is not None:
         chosen = in_weighting(chosen, weighting)
     if cut_off is not None:
@@ -217,7 +223,11 @@ def problem(
     if speed is not None:
         if "V" not in parameters(model):
             raise BadInput(f"a speed does not fit {name}")
-        model = override(model, {"V": speed}, where="speed")
+        speeds = [float(speed)] if isinstance(speed, int | float) else [float(one) for one in speed]
+        if not 1 <= len(speeds) <= _MOST_SPEEDS:
+            raise BadInput(f"{len(speeds)} speeds are too {'many' if speeds else 'few'}; give 1 to {_MOST_SPEEDS}")
+        model = override(model, {"V": speeds[0]}, where="speed")
+        worst_case = [*({"V": one} for one in speeds[1:]), *worst_case]
     chosen = dataclasses.replace(chosen, vehicle=model)
     if track is not None or wavelengths is not None:
         chosen = on_track(chosen, PAPER if track is None else track, wavelengths)

@@ -14,6 +14,7 @@ from posreal.admittance import Rational, random_port_hamiltonian
 from posreal.bounds.certificate import NotProven
 from posreal.bounds.compute import bound
 from posreal.bounds.file import load_bound
+from posreal.cli.options import read_speeds
 from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle
 from posreal.optimisation.evaluate import evaluate
@@ -331,3 +332,34 @@ def test_the_weighting_of_the_lateral_default_is_that_of_the_standard():
     bare = PlanView()
     closed = ClosedVehicle(bare, {"secondary": Rational.spring(bare.Ksy) | Rational.damper(bare.Csy)})
     assert bare.metrics["aw_y"].measure(closed).value == pytest.approx(0.158525, abs=6e-7)
+
+
+def test_a_range_of_speeds_counts_by_its_worst():
+    posed = problem("vertical-comfort", standard="en12299", body="flexible", speed=[20, 60, 70])
+    assert posed.objective == "worst-case aw_T"
+    assert "worst of 3 speeds from 20 to 70 m/s" in in_words(posed)
+    found = evaluate(posed, None).metrics
+    for name, value in (("aw_T", 0.9543), ("aw_T at V=60", 1.1946), ("worst-case aw_T", 1.2525)):
+        assert found[name].value / 0.098 == pytest.approx(value, abs=1.1e-4)
+
+
+def test_a_standard_brings_its_weighting():
+    assert problem("vertical-comfort", standard="en12299") == problem("vertical-comfort", weighting="Wb")
+    assert problem("lateral-comfort", standard="EN 12299") == problem("lateral-comfort", weighting="Wd")
+    with pytest.raises(BadInput, match="leave out Wk"):
+        problem("vertical-comfort", standard="en12299", weighting="Wk")
+    with pytest.raises(BadInput, match="no standard is called 'iso'"):
+        problem("vertical-comfort", standard="iso")
+    with pytest.raises(BadInput, match="0 speeds are too few"):
+        problem("vertical-comfort", speed=[])
+
+
+@pytest.mark.parametrize(("text", "found"), [("200 km/h", 200 / 3.6), ("30:40:5", [30, 35, 40]), ("41", 41)])
+def test_speeds_as_they_are_written(text, found):
+    assert read_speeds(text) == pytest.approx(found)
+
+
+@pytest.mark.parametrize("text", ["30:70:7", "70:30:5", "30:x:5", "30:70", "30:70:0", "0:1e9:1e-9"])
+def test_bad_ranges_of_speeds(text):
+    with pytest.raises(BadInput, match="no range such as 30:70:5"):
+        read_speeds(text)
