@@ -303,7 +303,13 @@ def test_a_weighting_takes_the_place_of_every_ride_figure():
 
 def test_what_figures_hold_under():
     posed = problem("vertical-comfort", weighting="Wb", vehicle={"V": 40.0})
-    assert conditions(posed) == {"track": "paper", "speed": 40.0, "weighting": "Wb", "band": [0.0, None]}
+    assert conditions(posed) == {
+        "track": "paper",
+        "speed": 40.0,
+        "body": "rigid",
+        "weighting": "Wb",
+        "band": [0.0, None],
+    }
     assert cautions(posed) == []
     assert in_words(problem("vertical-comfort")) == "on the paper's track at 55 m/s, unweighted, up to 20 Hz"
     (said,) = cautions(problem("vertical-comfort", weighting="Wb", cut_off=20))
