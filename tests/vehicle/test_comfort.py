@@ -369,3 +369,28 @@ def test_speeds_as_they_are_written(text, found):
 def test_bad_ranges_of_speeds(text):
     with pytest.raises(BadInput, match="no range such as 30:70:5"):
         read_speeds(text)
+
+
+@pytest.mark.parametrize(
+    ("ks", "plain", "weighted", "damping"),
+    [("1e7", 0.218018, 0.150301, 6.7566), ("2e6", 0.219077, 0.153096, 7.6227), ("5e5", 0.214225, 0.162395, 6.2479)],
+)
+def test_an_end_stiffness_of_the_lateral_device_is_a_spring_in_series(ks, plain, weighted, damping):
+    found = evaluate(problem("lateral-comfort", weighting="Wd"), f"c=2.1025e4 + b=1.53e4 + k={ks}").metrics
+    assert found["J1y"].value == pytest.approx(plain, abs=6e-7)
+    assert found["aw_y"].value == pytest.approx(weighted, abs=6e-7)
+    assert found["Ldmp"].value == pytest.approx(damping, abs=6e-5)
+
+
+def test_a_free_end_stiffness_is_a_layout_of_one_s_own(tmp_path):
+    """Freed, it is worth more than the inerter by itself: 4.4 % with both, unweighted."""
+    path = tmp_path / "S3s.toml"
+    path.write_text(
+        'network = "k | (ks + c + b)"\nsource = "own"\ndescription = "S3 with an end stiffness"\n'
+        '[elements.k]\nrole = "static spring"\nbounds = ["50 kN/m", "1 MN/m"]\n'
+        '[elements.ks]\nbounds = ["100 kN/m", "10 MN/m"]\n[elements.c]\nbounds = ["100 N s/m", "1 MN s/m"]\n'
+        '[elements.b]\nbounds = ["1 kg", "100 t"]\n'
+    )
+    design = optimise(problem("lateral-comfort", band_only=True), layout(str(path)), starts=4, any_values=True)
+    assert design.objective.value <= 0.210589 * (1 + 5e-6)
+    assert design.parameters["ks"] == pytest.approx(5.243e5, rel=0.02)
