@@ -35,7 +35,7 @@ def velocities(
     groups = dict.fromkeys(plant.groups, port)
     poles = close(plant, {name: state_space(one) for name, one in groups.items()}, shaped=False).poles()
     if plant.shaping is not None:
-        poles = np.concatenate([poles, np.linalg.eigvals(plant.shaping.A)])
+        poles = np.concatenate([poles, np.linalg.eigvals(plant.shaping.rational.A)])
     rule = quadrature.placed(poles, float(plant.delays.max(initial=0.0)), 0.0, TOP)
     s = 1j * rule.omega
     open_ports = plant.responses(rule.omega, plant.outputs[0])

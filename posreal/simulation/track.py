@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from posreal.plant.modes import Corners
-from posreal.plant.plant import Plant, ShapingFilter
+from posreal.plant.plant import Plant
+from posreal.plant.shaping_filter import ShapingFilter
 
 Real = np.ndarray
 
@@ -35,7 +36,7 @@ def random_track(plant: Plant, step: float, count: int, records: int, seed: int)
     white = rng.normal(size=(len(plant.shares), count + longest, records))
     white *= np.sqrt(math.pi * plant.density / step * np.array(plant.shares))[:, None, None]
     if plant.shaping is not None:
-        white = _shaped(white, plant.shaping, step)
+        white = _shaped(white, plant.shaping.rational, step)
     processes = plant.processes or (0,) * len(late)
     w = np.empty((count, records, len(late)))
     for i, (delay, process) in enumerate(zip(late, processes, strict=True)):
