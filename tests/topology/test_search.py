@@ -48,7 +48,9 @@ def test_the_front_is_as_good_as_what_is_known(vertical):
 def test_equivalent_networks_are_the_same_device(vertical):
     point = vertical.front[3]
     s = 1j * np.geomspace(0.1, 100, 30)
-    assert [str(network.topology()) for network in point.equivalent] == ["b1 + (b2 | c + k)"]
+    # within ranges each of the two is searched for itself, and which is called the other's equivalent is rounding's
+    both = {str(network.topology()) for network in (point.network, *point.equivalent)}
+    assert both == {"b1 + (b2 | c + k)", "b1 | b2 + c + k"}
     for network in point.equivalent:
         assert nodal_admittance(network)(s) == pytest.approx(point.design.device(s), rel=1e-6)
 
@@ -180,7 +182,7 @@ def test_a_killed_search_goes_on(tmp_path, vertical):
     path = tmp_path / "so-far.jsonl"
     code = (
         "from posreal.specification.named import problem; from posreal.topology.search import search;"
-        f"search(problem('vertical-comfort'), 4, starts=4, seed=1, checkpoint={str(path)!r})"
+        f"search(problem('vertical-comfort', band_only=True), 4, starts=4, seed=1, checkpoint={str(path)!r})"
     )
     with subprocess.Popen([sys.executable, "-c", code]) as process:
         deadline = time.monotonic() + 60
@@ -188,7 +190,7 @@ def test_a_killed_search_goes_on(tmp_path, vertical):
             time.sleep(0.01)
         os.kill(process.pid, signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
-    again = search(problem("vertical-comfort"), 4, starts=4, seed=1, checkpoint=path)
+    again = search(problem("vertical-comfort", band_only=True), 4, starts=4, seed=1, checkpoint=path)
     assert 25 <= again.found["resumed"] < 65
     assert front(again) == front(vertical)
 
