@@ -4,7 +4,7 @@ BIN := .venv/bin
 .PHONY: demo test test-long fuzz lint install bench clean
 
 demo: .venv/installed
-	$(BIN)/posreal compare vertical-comfort
+	$(BIN)/posreal design vertical-comfort
 
 test: .venv/installed-dev lint
 	$(BIN)/python -m pytest -n auto -m "not long and not fuzz"

@@ -116,6 +116,7 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
     "posreal.realisation": (
         "Limits",
         "Realisation",
+        "Recommendation",
         "Repair",
         "nearest_positive_real",
         "realise",
@@ -145,6 +146,10 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
     "posreal.study.preferred": (
         "Preferred",
         "preferred",
+    ),
+    "posreal.study.recommendation": (
+        "Recommendation",
+        "design",
     ),
     "posreal.study.reproduce": (
         "Reproduction",
@@ -229,6 +234,7 @@ __all__ = [
     "bridge",
     "check",
     "compare",
+    "design",
     "diagram",
     "evaluate",
     "latex",

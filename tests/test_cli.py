@@ -52,6 +52,7 @@ def test_help_names_every_command(posreal):
         "bound",
         "check-bound",
         "compare",
+        "design",
     ):
         assert command in out
         assert posreal(command, "--help")[0] == 0

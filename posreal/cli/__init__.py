@@ -50,6 +50,7 @@ def _root(
 
 
 app.command()(listings.problems)
+app.command()(designs.design)
 app.command()(listings.layouts)
 app.command()(listings.vehicle)
 app.command()(listings.ranges)

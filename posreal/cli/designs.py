@@ -40,6 +40,7 @@ from posreal.cli.options import (
     Width,
     WorstCase,
     Write,
+    fraction,
     job_count,
     made_robust,
     orders,
@@ -407,6 +408,79 @@ def compare(
     print(comparison.text(ascii=ascii))
     if plot is not None:
         print(f"\nwrote {plot}")
+
+
+def design(
+    problem: ProblemName,
+    elements: Annotated[
+        int, typer.Option(min=1, max=7, help="The most elements that are searched, bush or static spring not counted.")
+    ] = 4,
+    to_orders: Annotated[
+        str, typer.Option("--orders", help="Orders of the synthesised devices beside, such as 1,2.")
+    ] = "1,2",
+    within: Annotated[
+        str, typer.Option(help="What a smaller network may cost of the best figure found: 1% or 0.01.")
+    ] = "1%",
+    draws: Annotated[int, typer.Option(min=1, max=100_000, help="Vehicles that are drawn within tolerances.")] = 500,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="Write one page with everything on it, to hand on.")
+    ] = None,
+    limit: Limit = None,
+    worst_case: WorstCase = None,
+    vehicle: VehicleFile = None,
+    position: Position = None,
+    objective: Objective = None,
+    stiffness: Stiffness = None,
+    weighting: WeightingName = None,
+    cut_off: CutOff = None,
+    ranges: Ranges = None,
+    any_values: AnyValues = False,
+    band_only: BandOnly = False,
+    seed: Seed = 0,
+    jobs: Jobs = -1,
+    as_json: AsJson = False,
+    ascii: Ascii = False,
+) -> None:
+    """The network to build, with what it reaches, what is possible, and what tolerances leave of it."""
+    from posreal.files import require_writable
+    from posreal.study.recommendation import design as recommend
+    from posreal.study.report import SUFFIXES, save
+
+    refuse_both(any_values, ranges)
+    question = posed(
+        problem,
+        vehicle,
+        position,
+        objective,
+        stiffness,
+        limit,
+        worst_case,
+        weighting=weighting,
+        cut_off=cut_off,
+        ranges=ranges,
+        band_only=band_only,
+    )
+    if report is not None:
+        require_writable(report, SUFFIXES)
+    with progress() as say:
+        found = recommend(
+            question,
+            elements=elements,
+            orders=orders(to_orders),
+            within=fraction("--within", within),
+            any_values=any_values,
+            draws=draws,
+            seed=seed,
+            jobs=job_count(jobs),
+            progress=say,
+        )
+    written = None if report is None else save(found, report)
+    if as_json:
+        print_json(found.to_dict() | {"report": None if written is None else str(written)})
+        return
+    print(found.text(ascii=ascii))
+    if written is not None:
+        print(f"\nwrote {written}")
 
 
 def reproduce(

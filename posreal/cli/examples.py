@@ -7,6 +7,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "layouts": ("posreal layouts", "posreal layouts S7", "posreal layouts mine.toml"),
     "vehicle": ("posreal vehicle side-view", "posreal vehicle quarter-car --vehicle mine.toml"),
     "track": ("posreal track", "posreal track erri-low --speed 55", "posreal track china --plot china.png"),
+    "design": (
+        "posreal design vertical-comfort",
+        "posreal design lateral-comfort --elements 3 --report lateral.html",
+    ),
     "evaluate": (
         "posreal evaluate vertical-comfort default",
         "posreal evaluate lateral-comfort S3 c=2.1025e4 b=1.53e4",

@@ -320,6 +320,17 @@ def orders(text: str) -> list[int]:
     return found
 
 
+def fraction(option: str, text: str) -> float:
+    """``1%`` or ``0.01``."""
+    try:
+        value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < 1:
+        raise BadInput(f"{option} {shown(text)} is not a fraction such as 1% or 0.01, from 0 to below 1")
+    return value
+
+
 def job_count(jobs: int) -> int:
     """A number of processes that joblib takes."""
     if jobs == 0 or not -1 <= jobs <= _MOST_JOBS:

@@ -118,6 +118,7 @@ def titled(heading: str, problem: Problem) -> list[str]:
 
 def print_design(design: Design, *, heading: str, draw: bool = False, ascii: bool = False, usual: bool = True) -> None:
     """Every metric of a design, its constraints, how it was found, and (`usual`) what of it cannot be bought."""
+    from posreal.study.metric_table import metric_table
     from posreal.text_table import table
     from posreal.units import engineering
 
@@ -132,8 +133,7 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
     ]
     if tuned:
         print("  vehicle: " + ", ".join(tuned))
-    header, rows = _figures(design)
-    print(f"\n{table(header, rows, ''.join(_ALIGNED.get(name, 'l') for name in header))}")
+    print(f"\n{table(*metric_table(design))}")
     if design.ideal is not None:
         print(f"  real elements: {design.problem.elements}")
     for constraint in design.problem.constraints:
@@ -145,47 +145,6 @@ def print_design(design: Design, *, heading: str, draw: bool = False, ascii: boo
         print(f"  note: {note}")
     if usual and design.usual_sentence:
         print(f"  {design.usual_sentence}")
-
-
-_ALIGNED = dict.fromkeys(("value", "real", "ideal", "better", "all frequencies"), "r")
-
-
-def _figures(design: Design) -> tuple[list[str], list[list[str]]]:
-    """A row a metric; where some end at 20 Hz, what they are over all frequencies stands beside them, and beside each
-    what it would be of ideal elements."""
-    from posreal.vehicle import whole_band_twin
-
-    ideal = design.ideal
-
-    def value(name: str) -> list[str]:
-        measured = None if ideal is None else ideal.metrics.get(name)
-        beside = [] if ideal is None else ["–" if measured is None else f"{measured.value:#.6g}"]
-        return [f"{design.metrics[name].value:#.6g}", *beside]
-
-    def better(name: str) -> str:
-        gain = design.improvement(name) if _improves(design.problem, name) else None
-        return "" if gain is None else f"{gain:+.2f} %"
-
-    beside = {name: whole_band_twin(design.problem.vehicle, name) for name in design.metrics}
-    twins = {name: twin for name, twin in beside.items() if twin in design.metrics}
-    values = ["value"] if ideal is None else ["real", "ideal"]
-    rows = []
-    for name, metric in design.metrics.items():
-        if name not in twins.values():
-            twin = twins.get(name) or ""
-            whole = [*value(twin), better(twin)] if twin else [""] * (len(values) + 1)
-            rows.append([name, *value(name), metric.unit, better(name), *(whole if twins else []), metric.at])
-    everywhere = ["all frequencies", *values[1:], "better"] if twins else []
-    return ["metric", *values, "unit", "better", *everywhere, ""], rows
-
-
-def _improves(problem: Problem, name: str) -> bool:
-    """Whether it says something by how much a metric is better than the default's: not of what a place holds."""
-    from posreal.metric import Inertance, StaticStiffness
-
-    metric = problem.vehicle.metrics.get(name.partition(" at ")[0])
-    ride = metric is not None and metric.better == "less" and not isinstance(metric, StaticStiffness | Inertance)
-    return ride or name == problem.objective
 
 
 def _finding(key: str, value: Any) -> str:

@@ -95,9 +95,9 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         best = strut(self.best)
-        notes = "".join(f"<p>{escape(note)}</p>" for note in self._notes())
+        notes = "".join(f"<p>{escape(note)}</p>" for note in self.remarks())
         drawn = "" if best is None else best._repr_html_()
-        return f"<div>{html(*self._table(), f'{self.problem.name}: {self.problem.summary}')}{notes}{drawn}</div>"
+        return f"<div>{html(*self.table(), f'{self.problem.name}: {self.problem.summary}')}{notes}{drawn}</div>"
 
     def to_frame(self) -> Any:
         """The designs as a ``pandas.DataFrame``: a row a design, with all its metrics in their units."""
@@ -124,11 +124,11 @@ class Comparison:
             f"{problem.name}: {problem.summary}",
             *([f"  {words}"] if words else []),
             "",
-            table(*self._table()),
+            table(*self.table()),
             "",
         ]
         lines += [f"  Caution: {one}." for one in cautions(problem)]
-        lines += [f"  {note}" for note in self._notes()]
+        lines += [f"  {note}" for note in self.remarks()]
         best = strut(self.best)
         if best is not None:
             lines += [
@@ -139,11 +139,13 @@ class Comparison:
             ]
         return "\n".join(lines)
 
-    def _table(self) -> tuple[list[str], list[list[str]]]:
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Header, and a row a design."""
         problem, metrics, twin = self.problem, self._metrics, self.twin
         units = {name: self.rows[0].metrics[name].unit for name in metrics}
         called = {name: name for name in metrics} | {problem.objective: self.objective_label}
-        improved = metrics if problem.compared else (problem.objective,)
+        several = problem.compared and (problem.goal is not None or problem.base_objective in problem.compared)
+        improved = metrics if several else (problem.objective,)
         better = [f"{called[name].removeprefix('J1z_').removeprefix('aw_')} better" for name in improved]
         header = [
             "design",
@@ -178,7 +180,8 @@ class Comparison:
 
         return draw(self, path)
 
-    def _notes(self) -> list[str]:
+    def remarks(self) -> list[str]:
+        """What to know about the table."""
         notes = [
             "Every figure is measured anew from the network in the row; "
             "optima and synthesised devices are the best found."

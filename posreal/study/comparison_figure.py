@@ -14,6 +14,8 @@ from posreal.study.drawing import save, sheet
 from posreal.study.strut import strut
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from posreal.study.compare import Comparison
 
 _OBJECTIVE, _BOUND = "C0", "C2"
@@ -27,6 +29,11 @@ def draw(comparison: Comparison, path: str | Path) -> Path:
     BadInput
         If the file cannot be written.
     """
+    return save(figure_of(comparison), path)
+
+
+def figure_of(comparison: Comparison) -> Figure:
+    """The picture on a sheet of its own."""
     rows = comparison.rows
     figure, (axis,) = sheet(8.4, 1.5 + 0.4 * len(rows), grid="x")
     axis.set_axisbelow(True)
@@ -47,6 +54,14 @@ def draw(comparison: Comparison, path: str | Path) -> Path:
         axis.axvline(
             bound.value, color=_BOUND, linewidth=1.6, label=f"proven: no passive device below {bound.value:#.5g}"
         )
+        if bound.attained is not None:
+            axis.axvline(
+                bound.attained.value,
+                color=_BOUND,
+                linewidth=1.2,
+                linestyle="--",
+                label=f"reached by a device of order {bound.attained.device.order}: {bound.attained.value:#.5g}",
+            )
         low, high = min(low, bound.value, *beside), max(high, *beside)
     margin = 0.06 * (high - low) or 0.05 * abs(high)
     room = 0.34 * (high - low) or 0.34 * abs(high)
@@ -62,7 +77,7 @@ def draw(comparison: Comparison, path: str | Path) -> Path:
     axis.set_xlabel(f"{objective} [{rows[0].objective.unit}]")
     figure.suptitle(f"{comparison.problem.name}: {comparison.problem.summary}", fontsize=10)
     figure.legend(fontsize=8, loc="outside lower center", ncols=3, frameon=False)
-    return save(figure, path)
+    return figure
 
 
 def _named(row: Any) -> str:

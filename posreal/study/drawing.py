@@ -45,3 +45,13 @@ def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
     content = BytesIO()
     figure.savefig(content, format=path.suffix.lower().lstrip("."), dpi=dpi)
     return write_whole(path, content.getvalue())
+
+
+def svg(figure: Figure) -> bytes:
+    """A figure as SVG, the same bytes for the same figure."""
+    from matplotlib import rc_context
+
+    content = BytesIO()
+    with rc_context({"svg.hashsalt": "posreal"}):
+        figure.savefig(content, format="svg", metadata={"Date": None})
+    return content.getvalue()

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from posreal.errors import BadInput, Infeasible
 from posreal.network.diagram import diagram
@@ -25,6 +25,9 @@ from posreal.synthesis.synthesise import synthesise
 from posreal.text_table import percent, table
 from posreal.topology.result import FrontPoint, Search, short
 from posreal.vehicle import whole_band_twin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
@@ -170,6 +173,16 @@ class Pareto:
         Infeasible
             If there is no network to draw.
         """
+        return save(self.figure(), path)
+
+    def figure(self) -> Figure:
+        """The picture on a sheet of its own.
+
+        Raises
+        ------
+        Infeasible
+            If there is no network to draw.
+        """
         self.search.require_any()
         figure, (axis,) = sheet(8.4, 5.2)
         if self.search.metric is None:
@@ -179,7 +192,7 @@ class Pareto:
         problem = self.search.problem
         axis.set_ylabel(f"{problem.objective} [{self.search.best.objective.unit}]")
         axis.set_title(f"{problem.name}: {problem.summary}", fontsize=10)
-        return save(figure, path)
+        return figure
 
     def _over_elements(self, axis: Any) -> None:
         front = self.search.front
