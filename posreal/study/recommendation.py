@@ -18,6 +18,7 @@ from typing import Any
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.errors import BadInput, Infeasible, PosrealError, shown
 from posreal.network import Network
+from posreal.network.usual import outside
 from posreal.optimisation.caveats import reported
 from posreal.specification.design import Design
 from posreal.specification.named import as_problem
@@ -244,12 +245,14 @@ def ordered(design: Design, digits: Sequence[int] = DIGITS) -> Design:
     assert design.network is not None
     if not design.feasible:
         raise Infeasible(design.problem.violated(design.metrics)[0])
-    most = design.objective.value * (1 + ROUNDING)
+    most, beyond = design.objective.value * (1 + ROUNDING), {one.name for one in design.outside}
     for count in digits:
         nearest, *others = _ways(design.network, count)
-        for values in [nearest, *_promising(design, others, most)]:
+        for values in [nearest, *_promising(design, others, most, beyond)]:
             found = _with(design, design.network.with_values(values))
-            if found is not None and found.feasible and found.objective.value <= most:
+            if found is None or not found.feasible or found.objective.value > most:
+                continue
+            if {one.name for one in found.outside} <= beyond:
                 return reported(found)
     return design
 
@@ -268,11 +271,15 @@ def _ways(network: Network, digits: int) -> list[dict[str, Fraction]]:
     return [nearest, *(dict(zip(exact, way, strict=True)) for way in itertools.product(*ends))]
 
 
-def _promising(design: Design, ways: Sequence[Mapping[str, Fraction]], most: float) -> list[Mapping[str, Fraction]]:
+def _promising(
+    design: Design, ways: Sequence[Mapping[str, Fraction]], most: float, beyond: set[str]
+) -> list[Mapping[str, Fraction]]:
     """Of ways to round those that keep everything as one method sees it, the best few first."""
     seen: list[tuple[float, int]] = []
     assert design.network is not None
     for number, values in enumerate(ways):
+        if {one.name for one in outside(design.network.with_values(values), design.problem.usual)} - beyond:
+            continue
         port = design.problem.port(design.network.with_values(values).admittance(), whole=design.whole)
         try:
             metrics = design.problem.metrics(port, confirmed=False)

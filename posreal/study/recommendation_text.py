@@ -16,6 +16,8 @@ from posreal.vehicle import parameters
 if TYPE_CHECKING:
     from posreal.study.recommendation import Recommendation
 
+_FEW = 0.95  # of the vehicles that are built
+
 
 def text(of: Recommendation, *, ascii: bool = False) -> str:
     """Everything, the network to build last."""
@@ -100,6 +102,12 @@ def verdict(of: Recommendation) -> list[str]:
             "" if reached is None else f", and it is {reached:.1f} % above what a passive device of high order reaches"
         )
         said.append(f"No passive device of any order is better by more than {gap:.1f} % (proven){over}.")
+    for name, share in of.tolerance.yields.items():
+        if share.fraction < _FEW:
+            said.append(
+                f"Of the vehicles built within tolerances only {100 * share.fraction:.0f} % keep {name}: --robust designs "
+                "for that."
+            )
     for point, gain in of.larger:
         said.append(f"{counted(point.elements, 'element')} would buy {gain:.2f} % more: {short(point.network)}.")
     if not of.larger:
