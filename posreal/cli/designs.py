@@ -435,6 +435,11 @@ def design(
     cut_off: CutOff = None,
     ranges: Ranges = None,
     any_values: AnyValues = False,
+    parts: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="TOML catalogue of real elements, in place of the place's own."),
+    ] = None,
+    ideal: Annotated[bool, typer.Option("--ideal", help="Ideal elements in place of real ones.")] = False,
     band_only: BandOnly = False,
     seed: Seed = 0,
     jobs: Jobs = -1,
@@ -458,6 +463,7 @@ def design(
         weighting=weighting,
         cut_off=cut_off,
         ranges=ranges,
+        parts=parts,
         band_only=band_only,
     )
     if report is not None:
@@ -469,6 +475,7 @@ def design(
             orders=orders(to_orders),
             within=fraction("--within", within),
             any_values=any_values,
+            ideal=ideal,
             draws=draws,
             seed=seed,
             jobs=job_count(jobs),

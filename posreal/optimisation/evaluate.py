@@ -69,7 +69,8 @@ def evaluate(problem: Problem | str, device: Any, *, label: str | None = None) -
     values = {} if bought is None else bought.values()
     ideal = None if bought is None else ideal_beside(problem, bought)
     name = label or ("default" if device is None else str(device))
-    twice = [] if device is None or admittance is None else _twice(problem, admittance)
+    own = admittance if bought is None else bought.admittance()  # the ends of real elements come by themselves
+    twice = [] if device is None or own is None else _twice(problem, own)
     found = {"notes": twice} if twice else {}
     return guarded(
         Design(name, problem, admittance, metrics, network=network, parameters=values, found=found, ideal=ideal)

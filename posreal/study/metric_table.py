@@ -7,7 +7,6 @@ from posreal.specification.design import Design
 from posreal.specification.problem import Problem
 from posreal.vehicle import whole_band_twin
 
-
 _ALIGNED = dict.fromkeys(("value", "real", "ideal", "better", "all frequencies"), "r")
 
 

@@ -1,8 +1,8 @@
 """The network to build: everything that is known of a problem, put together into one recommendation.
 
 What ends at 20 Hz is designed over all frequencies: what is built rings above, too. Of the networks found, of values
-that can usually be bought, the smallest within a few parts in a hundred of the best is the one to build, its values
-rounded to what a maker is asked for. What it reaches, what no device could, what tolerances leave of it, and what the
+that can usually be bought and with what real elements bring with them, the smallest within a few parts in a hundred of
+the best is the one to build, its values rounded to what a maker is asked for. What it reaches, what no device could, what tolerances leave of it, and what the
 next part would buy stand beside it.
 """
 
@@ -18,13 +18,15 @@ from typing import Any
 from posreal.admittance.exact import rounded, to_fmpq, to_fraction
 from posreal.errors import BadInput, Infeasible, PosrealError, shown
 from posreal.network import Network
+from posreal.network.as_made import made
 from posreal.network.usual import outside
 from posreal.optimisation.caveats import reported
+from posreal.optimisation.evaluate import evaluate
 from posreal.specification.design import Design
+from posreal.specification.mounted import mounted
 from posreal.specification.named import as_problem
 from posreal.specification.problem import WORST_CASE, Problem
 from posreal.study.compare import Comparison, compare
-from posreal.study.strut import strut
 from posreal.study.tolerance import DRAWS, tolerance
 from posreal.study.tolerance_result import Tolerance
 from posreal.topology.result import FrontPoint, Search
@@ -69,16 +71,13 @@ class Recommendation:
 
     @property
     def network(self) -> Network:
-        """The network in the device's place."""
-        assert self.recommended.network is not None
-        return self.recommended.network
+        """The network in the device's place, as it is ordered."""
+        return _bought(self.recommended)
 
     @property
     def strut(self) -> Network:
         """The network with the bush or the static spring that the vehicle has there."""
-        found = strut(self.recommended)
-        assert found is not None
-        return found
+        return mounted(self.recommended.problem, self.network)
 
     @property
     def above_best_percent(self) -> float:
@@ -165,6 +164,7 @@ def design(
     orders: Sequence[int] = (1, 2),
     within: float = WITHIN,
     any_values: bool = False,
+    ideal: bool = False,
     draws: int = DRAWS,
     seed: int = 0,
     jobs: int = 1,
@@ -184,6 +184,8 @@ def design(
         Fraction of the best figure found that a smaller network may cost.
     any_values : bool
         Whether values that cannot usually be bought for the place are searched too.
+    ideal : bool
+        Whether elements are ideal ones; else they are the real ones of the problem or of the place, where it has any.
     draws : int
         Vehicles drawn within tolerances.
     seed, jobs : int
@@ -203,10 +205,10 @@ def design(
     asked = as_problem(problem)
     if not 0 <= within < 1:
         raise BadInput(f"within is {shown(within)}; give a fraction of the best figure from 0 to below 1, such as 0.01")
-    posed = over_all_frequencies(asked)
+    posed = replace(over_all_frequencies(asked), elements=None if ideal else asked.elements or asked.place.elements)
     found = search(posed, elements, any_values=any_values, seed=seed, jobs=jobs, progress=progress)
     found.require_any()
-    comparison = compare(posed, orders=orders, seed=seed, jobs=jobs, progress=progress)
+    comparison = compare(replace(posed, elements=None), orders=orders, seed=seed, jobs=jobs, progress=progress)
     progress("rounding values to what can be ordered")
     chosen = ordered(_smallest(found, within))
     progress("drawing vehicles within tolerances")
@@ -242,14 +244,13 @@ def ordered(design: Design, digits: Sequence[int] = DIGITS) -> Design:
     Infeasible
         If the design itself does not keep its constraints.
     """
-    assert design.network is not None
     if not design.feasible:
         raise Infeasible(design.problem.violated(design.metrics)[0])
     most, beyond = design.objective.value * (1 + ROUNDING), {one.name for one in design.outside}
     for count in digits:
-        nearest, *others = _ways(design.network, count)
+        nearest, *others = _ways(_bought(design), count)
         for values in [nearest, *_promising(design, others, most, beyond)]:
-            found = _with(design, design.network.with_values(values))
+            found = _with(design, _bought(design).with_values(values))
             if found is None or not found.feasible or found.objective.value > most:
                 continue
             if {one.name for one in found.outside} <= beyond:
@@ -276,26 +277,32 @@ def _promising(
 ) -> list[Mapping[str, Fraction]]:
     """Of ways to round those that keep everything as one method sees it, the best few first."""
     seen: list[tuple[float, int]] = []
-    assert design.network is not None
+    problem = design.problem
     for number, values in enumerate(ways):
-        if {one.name for one in outside(design.network.with_values(values), design.problem.usual)} - beyond:
+        network = _bought(design).with_values(values)
+        if {one.name for one in outside(network, problem.usual)} - beyond:
             continue
-        port = design.problem.port(design.network.with_values(values).admittance(), whole=design.whole)
+        port = problem.port(made(network, problem.elements).admittance())
         try:
-            metrics = design.problem.metrics(port, confirmed=False)
+            metrics = problem.metrics(port, confirmed=False)
         except PosrealError:
             continue
-        value = metrics[design.problem.objective].value
-        if value <= most and not design.problem.violated(metrics):
+        value = metrics[problem.objective].value
+        if value <= most and not problem.violated(metrics):
             seen.append((value, number))
     return [ways[number] for _, number in sorted(seen)[:3]]
 
 
 def _with(design: Design, network: Network) -> Design | None:
-    device = network.admittance()
     try:
-        metrics = design.problem.metrics(design.problem.port(device, whole=design.whole))
+        found = evaluate(design.problem, network, label=design.label)
     except PosrealError:  # a vehicle that is not stable
         return None
-    parameters = {**design.parameters, **network.values()}
-    return replace(design, network=network, device=device, metrics=metrics, parameters=parameters)
+    kept = {name: value for name, value in design.found.items() if name != "notes"}
+    return replace(found, parameters={**design.parameters, **network.values()}, found=kept)
+
+
+def _bought(design: Design) -> Network:
+    network = design.bought
+    assert network is not None
+    return network

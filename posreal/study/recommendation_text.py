@@ -52,7 +52,8 @@ def asked_for(of: Recommendation) -> list[str]:
 def values_of(of: Recommendation) -> str:
     """Of which values the networks are."""
     usual = of.problem.usual
-    return "of any values" if usual is None else f"of values that can usually be bought ({usual})"
+    said = "of any values" if usual is None else f"of values that can usually be bought ({usual})"
+    return said if of.problem.elements is None else f"{said}, and real elements ({of.problem.elements})"
 
 
 def front_table(of: Recommendation) -> tuple[list[str], list[list[str]]]:
@@ -75,8 +76,10 @@ def headline(of: Recommendation) -> str:
     """One sentence: build this."""
     gain = of.recommended.improvement()
     better = "" if gain is None else f", {gain:.2f} % better than {of.problem.place.default_label}"
-    count = counted(len(of.network), "element")
-    return f"Build this: {count}, {of.problem.objective} {of.recommended.objective}{better}."
+    count, ideal = counted(len(of.network), "element"), of.recommended.ideal
+    name = of.problem.objective
+    known = "" if ideal is None else f" (of ideal elements {ideal.metrics[name]})"
+    return f"Build this: {count}, {name} {of.recommended.objective}{better}{known}."
 
 
 def parts_table(of: Recommendation) -> tuple[list[str], list[list[str]]]:
@@ -105,8 +108,8 @@ def verdict(of: Recommendation) -> list[str]:
     for name, share in of.tolerance.yields.items():
         if share.fraction < _FEW:
             said.append(
-                f"Of the vehicles built within tolerances only {100 * share.fraction:.0f} % keep {name}: --robust designs "
-                "for that."
+                f"Only {100 * share.fraction:.0f} % of the vehicles built within tolerances keep {name}: "
+                f"posreal search {of.asked.name} --robust looks for values with which all do."
             )
     for point, gain in of.larger:
         said.append(f"{counted(point.elements, 'element')} would buy {gain:.2f} % more: {short(point.network)}.")
