@@ -2,8 +2,8 @@
 
 What ends at 20 Hz is designed over all frequencies: what is built rings above, too. Of the networks found, of values
 that can usually be bought and with what real elements bring with them, the smallest within a few parts in a hundred of
-the best is the one to build, its values rounded to what a maker is asked for. What it reaches, what no device could, what tolerances leave of it, and what the
-next part would buy stand beside it.
+the best is the one to build, its values rounded to what a maker is asked for. What it reaches, what no device could,
+what tolerances leave of it, and what the next part would buy stand beside it.
 """
 
 from __future__ import annotations

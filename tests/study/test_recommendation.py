@@ -151,7 +151,14 @@ def test_a_browser_shows_the_page(found, tmp_path):
     )
     path = tmp_path / "report.html"
     path.write_text(page(found).replace("</body>", probe + "</body>"))
-    command = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
+    command = [
+        "chromium",
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-dev-shm-usage",
+        f"--user-data-dir={tmp_path / 'profile'}",
+    ]
     run = subprocess.run(
         [*command, "--window-size=1100,2000", "--dump-dom", path.as_uri()], capture_output=True, text=True, timeout=120
     )
