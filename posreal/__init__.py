@@ -54,7 +54,8 @@ if TYPE_CHECKING:
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.preferred import Preferred, preferred
     from posreal.study.reproduce import Reproduction, reproduce
-    from posreal.study.simulate import Simulation, simulate
+    from posreal.study.simulate import simulate
+    from posreal.study.simulate_result import Simulation
     from posreal.study.sweep import Sweep, sweep
     from posreal.study.tolerance import tolerance
     from posreal.study.tolerance_result import Tolerance
@@ -155,10 +156,8 @@ _ROOMS = {  # where each name is, loaded when it is first asked for: a command n
         "Reproduction",
         "reproduce",
     ),
-    "posreal.study.simulate": (
-        "Simulation",
-        "simulate",
-    ),
+    "posreal.study.simulate": ("simulate",),
+    "posreal.study.simulate_result": ("Simulation",),
     "posreal.study.sweep": (
         "Sweep",
         "sweep",

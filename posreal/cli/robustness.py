@@ -60,6 +60,7 @@ def tolerance(
     limit: Limit = None,
     worst_case: WorstCase = None,
     at: At = None,
+    parts: Parts = None,
     seed: Seed = 0,
     jobs: Jobs = 1,
     backend: Annotated[str | None, typer.Option(help="loky, threading or dask.")] = None,
@@ -87,6 +88,7 @@ def tolerance(
         weighting=weighting,
         standard=standard,
         cut_off=cut_off,
+        parts=parts,
     )
     design = read_design(question, words(device))
     with progress() as say:
@@ -177,6 +179,7 @@ def simulate(
     objective: Objective = None,
     stiffness: Stiffness = None,
     at: At = None,
+    parts: Parts = None,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -184,7 +187,7 @@ def simulate(
     from posreal.optimisation.evaluate import read_design
     from posreal.study.simulate import simulate as study
 
-    question = posed(problem, vehicle, position, objective, stiffness, at=at)
+    question = posed(problem, vehicle, position, objective, stiffness, at=at, parts=parts)
     design = read_design(question, words(device))
     with progress() as say:
         found = study(

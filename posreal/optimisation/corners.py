@@ -198,3 +198,29 @@ class Corners:
             if not short <= ROUNDING * abs(c.value):
                 found[c] = value, signs
         return found
+
+    def look(
+        self, theta: Array, parameters: Mapping[str, float], seen: dict[tuple[Constraint, Signs], tuple[float, ...]]
+    ) -> tuple[str, bool]:
+        """Put the corners that a point misses to those that are `seen`, of a damping ratio with the speeds it misses.
+
+        Returns
+        -------
+        str
+            A sentence about what does not hold; empty if everything does.
+        bool
+            Whether anything was not seen before.
+        """
+        reason, news = "", False
+        for c, (value, signs) in self.missed(theta, parameters).items():
+            reason = f"{c} is violated at a corner of the tolerances: {value:.6g}"
+            known, speeds = seen.get((c, signs)), tuple[float, ...]()
+            metric = self.points[c.point].vehicle.metrics[c.base]
+            if isinstance(metric, DampingRatio):
+                every = metric.speeds
+                short = np.array(every)[self.least_damping(c, signs, theta, parameters) < c.value / 100]
+                first = known or (every[0], every[len(every) // 2], every[-1])
+                speeds = tuple(np.union1d(first, short).tolist())
+            if known is None or speeds != known:
+                seen[c, signs], news = speeds, True
+        return reason, news

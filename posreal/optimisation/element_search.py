@@ -286,22 +286,7 @@ class ElementSearch:
 
     def _missed_at_corners(self, point: Point, watch: Watch) -> tuple[str, bool]:
         """Which constraint does not hold at a corner of the tolerances, and whether that is news to the search."""
-        reason, news = "", False
-        if self.corners is None:
-            return reason, news
-        for c, (value, signs) in self.corners.missed(*point).items():
-            reason = f"{c} is violated at a corner of the tolerances: {value:.6g}"
-            seen = watch.corners.get((c, signs))
-            speeds: tuple[float, ...] = ()
-            if self._is_damping(c):
-                every = self._metric(c).speeds
-                least = self.corners.least_damping(c, signs, *point)
-                short = np.array(every)[least < c.value / 100]
-                speeds = tuple(np.union1d(seen or self._three_speeds(c), short).tolist())
-            if seen is None or speeds != seen:
-                watch.corners[c, signs] = speeds
-                news = True
-        return reason, news
+        return ("", False) if self.corners is None else self.corners.look(*point, watch.corners)
 
     # --- points ----------------------------------------------------------------------------------------------
 

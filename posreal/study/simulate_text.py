@@ -9,7 +9,7 @@ from posreal.text_table import percent, table
 from posreal.units import engineering
 
 if TYPE_CHECKING:
-    from posreal.study.simulate import InMotion, InTime, Simulation
+    from posreal.study.simulate_result import InMotion, InTime, Simulation
 
 
 def text(of: Simulation) -> str:
