@@ -97,6 +97,7 @@ def search(
     """Find the best networks of up to so many elements: what every further part buys."""
     from posreal.bounds.compute import bound as prove
     from posreal.files import require_writable
+    from posreal.specification.conditions import stand_in
     from posreal.study.drawing import FORMATS
     from posreal.study.pareto import pareto
     from posreal.study.robust import as_drawn, beside
@@ -146,7 +147,7 @@ def search(
             progress=say,
         )
         floor = None
-        if question.whole_band and not question.points:
+        if question.whole_band and not question.points and stand_in(question) is None:
             say("proving a bound")
             with suppress(BadInput):  # of a sum with a gain in it none is known
                 floor = prove(question, effort=0, progress=say).value

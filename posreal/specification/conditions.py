@@ -169,7 +169,8 @@ def in_words(problem: Problem, *, whole_band: bool = False) -> str:
         return ""
     track, said = found.get("track"), []
     if track is not None:
-        said.append("on the paper's track" if track == PAPER else f"on {track}")
+        near = "the filter near " if whole_band and stand_in(problem) is not None else ""
+        said.append("on the paper's track" if track == PAPER else f"on {near}{track}")
     if "speed" in found:
         said.append(f"at{' speeds up to' if found.get('speeds') else ''} {found['speed']:.6g} m/s")
         said = [(", " if "," in said[0] else " ").join(said)]
@@ -237,10 +238,16 @@ def _of_missing_wavelengths(problem: Problem) -> list[str]:
     ]
 
 
-def _of_a_fit(problem: Problem) -> list[str]:
+def stand_in(problem: Problem) -> SampledDensity | None:
+    """The density of a track that no filter has, where inequalities and bounds are about a filter near it."""
     vehicle = problem.vehicle
     shaping = vehicle.plant(vehicle.random).shaping if vehicle.irregularity is not None else None
-    if not isinstance(shaping, SampledDensity):
+    return shaping if isinstance(shaping, SampledDensity) else None
+
+
+def _of_a_fit(problem: Problem) -> list[str]:
+    vehicle, shaping = problem.vehicle, stand_in(problem)
+    if shaping is None:
         return []
     how = (
         f"a filter whose density is {shaping.rms_db:.2g} dB r.m.s. from it and {shaping.max_db:.2g} dB at most"

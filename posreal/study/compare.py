@@ -17,7 +17,7 @@ from posreal.network.diagram import diagram
 from posreal.optimisation.caveats import caveats
 from posreal.optimisation.evaluate import evaluate
 from posreal.optimisation.layout_values import optimise
-from posreal.specification.conditions import cautions, conditions, in_words
+from posreal.specification.conditions import cautions, conditions, in_words, stand_in
 from posreal.specification.design import Design
 from posreal.specification.layout import layouts
 from posreal.specification.named import as_problem
@@ -67,7 +67,8 @@ class Comparison:
     @property
     def shares_figure(self) -> bool:
         """Whether the objective is the very figure that the bound is about: over all frequencies, at one point."""
-        return self.bound is not None and self.problem.whole_band and self.bound.metric == self.problem.objective
+        same = self.problem.whole_band and stand_in(self.problem) is None
+        return same and self.bound is not None and self.bound.metric == self.problem.objective
 
     @property
     def objective_label(self) -> str:
@@ -196,6 +197,8 @@ class Comparison:
             notes.append(f"{self.objective_label.capitalize()}: {self.problem.base_objective}{at}.")
         if self.bound is not None:
             nominal = " at the nominal vehicle" if self.problem.points else ""
+            if stand_in(self.problem) is not None:
+                nominal += f", on the filter near {self.problem.vehicle.irregularity},"
             whole = self.bound.metric == self.problem.base_objective
             notes += [] if whole else [f"The bound is on {self.bound.metric}, than which the worst is no smaller."]
             notes += [

@@ -226,6 +226,7 @@ def test_a_bound_on_a_fitted_track_is_stored_as_a_plant(tmp_path):
     again = load_bound(tmp_path / "bound.json")
     assert again.problem is None
     assert again.check() >= found.value
+    assert in_words(posed, whole_band=True).startswith("on the filter near china at 55 m/s")
 
 
 def test_gains_are_of_the_profile_and_not_of_the_track():
