@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from posreal.network.diagram import diagram
 from posreal.network.table import rows as parts
-from posreal.specification.conditions import cautions, in_words
+from posreal.specification.conditions import cautions, in_words, stand_in
 from posreal.study.metric_table import metric_table
 from posreal.study.strut import terminals
 from posreal.text_table import counted, percent, table
@@ -104,7 +104,8 @@ def verdict(of: Recommendation) -> list[str]:
         over = (
             "" if reached is None else f", and it is {reached:.1f} % above what a passive device of high order reaches"
         )
-        said.append(f"No passive device of any order is better by more than {gap:.1f} % (proven){over}.")
+        near = f", on the filter near {of.problem.vehicle.irregularity}" if stand_in(of.problem) is not None else ""
+        said.append(f"No passive device of any order is better by more than {gap:.1f} % (proven{near}){over}.")
     for name, share in of.tolerance.yields.items():
         if share.fraction < _FEW:
             said.append(
