@@ -149,7 +149,8 @@ def problem_from_plant(
     around = [None if part is None else require(as_rational(_read(part))) for part in (beside, behind)]
     if around[1] is not None and around[1] != Rational.spring(around[1].static_stiffness):
         raise BadInput("behind the device stands a spring or nothing; make anything else a part of the plant")
-    _indices("output", plant.outputs, list(units or {}))
+    if units:
+        _indices("output", plant.outputs, list(units))
     own = UserPlant(plant, around[0], around[1], name, dict(units or {}), (terminals[0], terminals[1]))
     if objective not in ("rms", "gain"):
         raise BadInput(f"unknown objective {shown(objective)}; accepted are rms or gain")
