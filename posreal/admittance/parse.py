@@ -1,6 +1,6 @@
 """Ordinary algebra in s, read and never evaluated: ``(s^2 + s + 1)/(s^2 + s + 4)``, ``2.5e5/s + 2e4``.
 
-    device  :=  [ ("Y" | "Z") [ "(s)" ] "=" ] sum
+    device  :=  [ ("Y" | "Z") [ "(s)" ] "=" ] ( sum | "tf(" list "," list ")" )
     sum     :=  product  { ("+" | "-") product }
     product :=  signed   { ("*" | "/") signed  |  power that begins with a name or "(" }
     signed  :=  ("+" | "-") signed  |  power
@@ -11,6 +11,8 @@ The one name is ``s``, besides those of parameters that a caller may know the va
 
 ``2s``, ``4 s`` and ``(s+1)(s+3)`` are products. ``1/2s`` is refused: to some it is 1/(2s), to others s/2. An admittance
 is F/v; ``Z = …`` is the impedance v/F, whose inverse is meant [Smith2002].
+
+``tf([1 0], [1 2 3])`` is s/(s² + 2 s + 3), as MATLAB and python-control write it, in descending powers.
 
 Decimals are exact, and length, nesting, degree and coefficient sizes are limited, so no text can make the reader slow.
 """
@@ -38,6 +40,13 @@ MOST_WORK = 150_000_000  # sum over operations of (degree + 1)² times bits: a f
 HEAD = re.compile(r"\s*([YZ])\s*(?:\(\s*s\s*\)\s*)?=")
 """What may stand before a function: the admittance Y or the impedance Z that it is."""
 
+RIGID = "An impedance Z = 0 is a rigid link, which no admittance describes; give one that is not."
+_LISTS = re.compile(
+    r"\s*(?:(?P<head>[YZ])\s*(?:\(\s*s\s*\)\s*)?=\s*)?tf\s*\(\s*\[(?P<top>[-+\d.eE,\s]*)\]\s*,"
+    r"\s*\[(?P<bottom>[-+\d.eE,\s]*)\]\s*\)\s*",
+    re.ASCII,
+)
+
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<mark>\*\*|[-+*/^()])|(?P<name>[A-Za-z_]\w*))",
     re.ASCII,  # other scripts have digits too
@@ -63,7 +72,23 @@ def read(text: str, kind: type[Rational], names: Mapping[str, Rational] | None =
     """
     if len(text) > LONGEST_TEXT:
         raise BadDevice(f"This device text has {len(text)} characters; at most {LONGEST_TEXT} are read.")
+    listed = _LISTS.fullmatch(text)
+    if listed is not None and not names:
+        return _of_lists(listed, kind)
     return _Reader(text, kind, names or {}).read()
+
+
+def _of_lists(match: re.Match[str], kind: type[Rational]) -> Rational:
+    """A function from its coefficients in descending powers."""
+    lists = [re.split(r"\s*,\s*|\s+", match[name].strip()) for name in ("top", "bottom")]
+    if any(len(one) > HIGHEST_DEGREE + 1 for one in lists):
+        raise BadDevice(f"degrees above {HIGHEST_DEGREE} are not read")
+    value = kind(*([exact.to_fmpq(text) for text in reversed(one)] for one in lists))
+    if match["head"] != "Z":
+        return value
+    if value.is_zero():
+        raise BadDevice(RIGID)
+    return value.inverse()
 
 
 def _tokens(text: str, position: int = 0) -> list[_Token]:
@@ -108,7 +133,7 @@ class _Reader:
         if self.head is None or self.head[1] == "Y":
             return value
         if value.is_zero():
-            raise BadDevice("An impedance Z = 0 is a rigid link, which no admittance describes; give one that is not.")
+            raise BadDevice(RIGID)
         return value.inverse()
 
     @property

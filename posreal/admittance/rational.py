@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from posreal.admittance import control_systems, exact
 from posreal.admittance.exact import Number
 from posreal.admittance.parse import read
-from posreal.errors import BadDevice
+from posreal.errors import BadDevice, shown
 
 S = fmpq_poly([0, 1])
 MOST_COEFFICIENTS = 101  # of a numerator or denominator that comes from a file
@@ -318,7 +318,7 @@ class Rational:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Rational:
-        """What `to_dict` wrote; plain numbers are accepted too."""
+        """What `to_dict` wrote; plain numbers are accepted too, and ``"powers": "descending"`` for the other order."""
         try:
             numerator, denominator = data["numerator"], data.get("denominator", ["1"])
         except (KeyError, TypeError, AttributeError):
@@ -327,7 +327,10 @@ class Rational:
             raise BadDevice("A device's numerator and denominator are lists of numbers in ascending powers.")
         if max(len(numerator), len(denominator)) > MOST_COEFFICIENTS:
             raise BadDevice(f"A device with more than {MOST_COEFFICIENTS} coefficients is not read; reduce its order.")
-        return cls(numerator, denominator)
+        powers = data.get("powers", "ascending")
+        if powers not in ("ascending", "descending"):
+            raise BadDevice(f"The powers of a device are {shown(powers)}; accepted are ascending and descending.")
+        return cls(numerator, denominator) if powers == "ascending" else cls.descending(numerator, denominator)
 
     @classmethod
     def from_control(cls, system: Any) -> Rational:

@@ -47,6 +47,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'posreal preferred vertical-comfort "b=2741 + (c=14196 | k=83748)" --series mine.toml',
     ),
     "tolerance": ('posreal tolerance vertical-comfort "c=2e4 | b=300"',),
+    "ranges": (
+        "posreal ranges vertical-comfort > mine.toml",
+        "posreal search vertical-comfort --elements 4 --ranges mine.toml",
+    ),
+    "simulate": ('posreal simulate vertical-comfort "c=2e4 | b=300" --friction 500 --stop 60',),
     "reproduce": ("posreal reproduce", "posreal reproduce --figures figures"),
 }
 

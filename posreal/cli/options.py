@@ -23,7 +23,8 @@ DeviceWords = Annotated[
     list[str],
     typer.Argument(
         metavar="DEVICE",
-        help="A layout with values (S3 c=2.1e4 b=1.53e4), a network in quotes, an admittance in s, or a file.",
+        help="A layout with values (S3 c=2.1e4 b=1.53e4), a network in quotes, an admittance in s (or in descending "
+        "powers, tf([1 0],[1 2 3])), or a file; the coefficient lists of JSON are in ascending powers.",
     ),
 ]
 VehicleFile = Annotated[

@@ -182,7 +182,7 @@ def _element_value(name: str, text: str) -> Any:
 
 def _is_layout(text: str) -> bool:
     first = text.split()[0] if text.split() else ""
-    if HEAD.match(text):
+    if HEAD.match(text) or text.lstrip().startswith(("tf(", "tf (")):
         return False
     return bool(re.fullmatch(r"[A-Za-z]\w*", first) and not re.fullmatch(r"[kcbs]\w*|default|none", first)) or (
         first.endswith(".toml")

@@ -42,6 +42,7 @@ SECTIONS = ("parameters", "coordinates", "connections", "places", "inputs", "out
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 _TAKEN = {"s", "pi", *(name for name in dir(Modelled) if name != "V")}
 _MOST = 500  # entries of a section
+_MOST_COORDINATES = 100
 
 
 class ModelReader:
@@ -95,6 +96,8 @@ class ModelReader:
                 self.judged(name, self.table("metrics", name, given)) for name, given in self.section("metrics").items()
             ),
         )
+        if len(model.coordinates) > _MOST_COORDINATES:
+            raise self.wrong(("coordinates",), f"up to {_MOST_COORDINATES} are taken; reduce the model")
         self.require_distinct(model)
         try:
             vehicle: Modelled = modelled(model)()

@@ -213,8 +213,10 @@ def problem(
     if vehicle:
         model = override(model, vehicle)
     if stiffness is not None:
-        if "k" not in parameters(model):
-            raise BadInput(f"a static stiffness does not fit {name}; only quarter-car takes one")
+        if chosen.roles.get("static spring") != "k":
+            raise BadInput(
+                f"a static stiffness does not fit {name}; quarter-car takes one, and a model whose static spring is k"
+            )
         model = override(model, {"k": stiffness}, where="stiffness")
     chosen = dataclasses.replace(chosen, vehicle=model)
     if body is not None:

@@ -8,6 +8,7 @@ where no parameter has the unit's name.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
@@ -18,6 +19,7 @@ from posreal.errors import BadDevice, BadInput, shown
 from posreal.units import si_quantity
 
 Names = Mapping[str, Fraction]
+_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 LARGEST = 1e30  # of a number that a model is made of
 
 
@@ -78,11 +80,13 @@ def linear(text: str, coordinates: Sequence[str], names: Names) -> list[float]:
         If it is not linear, has a part without a coordinate, or none with one.
     """
     zero, one = Rational([0]), Rational([1])
+    said = set(_WORD.findall(text))
+    within = [name for name in coordinates if name in said]
     known = {name: Rational([value]) for name, value in names.items()} | {"pi": Rational([Fraction(math.pi)])}
 
-    def at(values: Mapping[str, Rational]) -> Fraction:
+    def at(values: dict[str, Rational]) -> Fraction:
         try:
-            value = read(text, Rational, known | dict.fromkeys(coordinates, zero) | dict(values))
+            value = read(text, Rational, known | dict.fromkeys(coordinates, zero) | values)
         except BadDevice as error:
             raise BadInput(str(error)) from None
         if value.degree > 0:
@@ -93,14 +97,14 @@ def linear(text: str, coordinates: Sequence[str], names: Names) -> list[float]:
         raise BadInput(
             f"{shown(text)} has a part without a coordinate; give a linear form such as {_like(coordinates)}"
         )
-    weights = {name: at({name: one}) for name in coordinates}
+    weights = {name: at({name: one}) for name in within}
     for step in (Fraction(3, 7), Fraction(-11, 5)):
-        point = {name: step * (step + i) for i, name in enumerate(coordinates, 2)}
+        point = {name: step * (step + i) for i, name in enumerate(within, 2)}
         if at({n: Rational([v]) for n, v in point.items()}) != sum(weights[n] * v for n, v in point.items()):
             raise BadInput(f"{shown(text)} is not linear in the coordinates; give a form such as {_like(coordinates)}")
     if not any(weights.values()):
         raise BadInput(f"{shown(text)} is nothing but 0; give a linear form such as {_like(coordinates)}")
-    return [float(weights[name]) for name in coordinates]
+    return [float(weights.get(name, 0)) for name in coordinates]
 
 
 def _like(coordinates: Sequence[str]) -> str:

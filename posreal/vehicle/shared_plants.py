@@ -47,8 +47,8 @@ class SharedPlants:
         return SharedPlants(self.vehicle.at(speed), self.base.at(speed))
 
     def plant(self, load: str, *, opened: bool = False) -> Plant:
-        """The vehicle on a load case, all its ports open."""
-        return self.base.plant(load, opened=True)
+        """The vehicle on a load case, the ports of its free parameters open; another place of it keeps its default."""
+        return self.base.plant(load, opened=bool(self.vehicle.free))
 
 
 def on_plants_of(base: Vehicle, vehicle: Vehicle) -> Vehicle:

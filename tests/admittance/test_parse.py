@@ -31,6 +31,9 @@ from posreal.errors import BadDevice
         ("Y(s)=s+1", [1, 1], [1]),
         ("Z = (s+1)/(2s)", [0, 2], [1, 1]),
         (" Z( s ) = 1/3", [3], [1]),
+        ("tf([1 0], [1 2 3])", [0, 1], [3, 2, 1]),
+        ("tf([1,-2e1, 0.5],[2])", ["1/4", -10, "1/2"], [1]),
+        ("Z = tf([1 2], [3])", [3], [2, 1]),
     ],
 )
 def test_reads_ordinary_algebra(text, numerator, denominator):
@@ -48,6 +51,12 @@ def test_reads_ordinary_algebra(text, numerator, denominator):
         ("(s+1)/(s+2)(s+3)", "after a division"),
         ("s/3(s+1)s", "after a division"),
         ("Z = 0", "rigid"),
+        ("Z = tf([0], [1])", "rigid"),
+        ("tf([], [1])", "number|coefficient"),
+        ("tf([1], [0])", "denominator"),
+        ("tf([1 1e], [1])", "number|coefficient"),
+        ("tf([1], [1], 0.1)", "'tf' is not known|not part"),
+        (f"tf([{'1 ' * 60}], [1])", "above 40"),
         ("Z = Y = s", "'=' is not part"),
         ("X = s", "'=' is not part"),
         ("k/s", "'k' is not known"),
@@ -84,7 +93,7 @@ def test_hostile_text_does_not_hang_the_reader(text):
         parse_rational(text)
 
 
-@given(st.text(alphabet="s0123456789.+-*/^()e YZ=", max_size=30))
+@given(st.text(alphabet="s0123456789.+-*/^()e YZ=tf[],", max_size=30))
 def test_any_text_is_read_or_refused(text):
     with suppress(BadDevice):
         parse_rational(text)
@@ -101,3 +110,13 @@ def test_a_product_without_a_mark_is_the_product(factors):
     else:
         assert parse_rational(beside) == wanted
         assert parse_rational(f"Z = {beside}") == wanted.inverse()
+
+
+@given(st.lists(st.integers(-9, 9), min_size=1, max_size=6), st.lists(st.integers(1, 9), min_size=1, max_size=6))
+def test_descending_lists_are_what_python_control_takes(top, bottom):
+    control = pytest.importorskip("control")
+    wanted = Rational.from_control(control.TransferFunction(top, bottom))
+    assert parse_rational(f"tf({top}, {bottom})") == wanted
+    assert Rational.descending(top, bottom) == wanted
+    assert Rational.from_dict({"numerator": top, "denominator": bottom, "powers": "descending"}) == wanted
+    assert Rational.from_dict({"numerator": top[::-1], "denominator": bottom[::-1]}) == wanted

@@ -151,6 +151,20 @@ def test_the_places_of_a_half_car():
     assert (contact.objective, dict(contact.at_most)) == ("contact", {"comfort": 1.1})
 
 
+def test_other_studies_leave_the_other_place_as_it_is():
+    """Vehicles drawn within tolerances, whose other place holds its default."""
+    problem = pr.problem(str(MODELS / "half_car.toml:contact"))
+    drawn = pr.tolerance(problem, "c=1200", tolerance=0.1, draws=5, vehicle="0")
+    nominal = pr.evaluate(problem, "c=1200").metrics["comfort"].value
+    assert drawn.to_dict()["metrics"]["comfort"]["nominal"] == pytest.approx(nominal, rel=1e-9)
+
+
+def test_a_static_stiffness_is_of_the_static_spring():
+    assert pr.problem(str(MODELS / "quarter_car.toml"), stiffness=2e4).vehicle.k == 2e4
+    with pytest.raises(pr.BadInput, match=r"static spring is k"):
+        pr.problem(str(MODELS / "building.toml"), stiffness=2e4)
+
+
 def test_a_lower_limit_on_damping_is_kept():
     """A limit of a metric that is better for being more is one from below."""
     page = str(MODELS / "half_car.toml:contact")
