@@ -41,7 +41,6 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "bound": ("posreal bound quarter-car --save proof.json", "posreal bound quarter-car --orders 1,2,4,8"),
     "check-bound": ("posreal check-bound proof.json",),
     "compare": ("posreal compare vertical-comfort --plot rows.png", "posreal compare quarter-car --orders 1,2,3"),
-    "ranges": ("posreal ranges vertical-comfort > mine.toml",),
     "preferred": (
         "posreal preferred vertical-comfort S5 c=17965 b=4115 --series R20",
         'posreal preferred vertical-comfort "b=2741 + (c=14196 | k=83748)" --series mine.toml',

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from posreal.errors import BadInput, hint, listed, shown
 from posreal.metric import PeakInTime
@@ -259,7 +259,7 @@ def _of_file(text: str) -> Problem:
     asked = read_problem(text)
     if isinstance(asked, Problem):
         return asked
-    made = Problem(asked.name, asked.summary, cast(Vehicle, asked.vehicle), asked.minimise, asked.keep)
+    made = Problem(asked.name, asked.summary, asked.vehicle, asked.minimise, asked.keep)
     try:
         made = minimising(made, asked.minimise)
     except BadInput as error:

@@ -29,9 +29,11 @@ from posreal.plant.mounting import Mounting
 from posreal.plant.plant import Plant, absorbed
 from posreal.vehicle.assembly import Where, assembled, unplaced
 from posreal.vehicle.expression import admittance, number
+from posreal.vehicle.flexible_body import FlexibleBody
 from posreal.vehicle.model import Judged, Model, Opening
 from posreal.vehicle.parameters import parameter, validated
 from posreal.vehicle.place import Place
+from posreal.vehicle.track import Direction, Track
 from posreal.vehicle.user_plant import EDGE, ports_are_passive
 from posreal.vehicle.weighting import Weighting
 
@@ -55,6 +57,9 @@ class Modelled:
     model: ClassVar[Model]
     name: ClassVar[str]
     random: ClassVar[str] = "load"
+    body: ClassVar[FlexibleBody | None] = None
+    direction: ClassVar[Direction | None] = None
+    irregularity: ClassVar[Track | None] = None
     weighting: ClassVar[Weighting | None] = None
     weighted: ClassVar[Mapping[str, str]] = {}
     comfort: ClassVar[tuple[str, ...]] = ()
