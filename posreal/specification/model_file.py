@@ -121,7 +121,7 @@ class ModelReader:
     def required(self, name: str) -> Iterable[tuple[str, Any]]:
         found = self.section(name)
         if not found:
-            raise BadInput(f"{plain(self.path)} has no [{name}]; a model has {listed(SECTIONS[1:6])}")
+            raise BadInput(f"{plain(self.path)} has no [{name}]; a model needs coordinates, places, inputs and outputs")
         return found.items()
 
     def table(self, section: str, name: str, given: Any) -> dict[str, Any]:
