@@ -82,7 +82,12 @@ class Plant:
     @property
     def rational(self) -> Plant:
         """The same plant with a filter in place of a sampled density, for what needs one; see there how near it is."""
-        return replace(self, shaping=self.shaping.rational) if isinstance(self.shaping, SampledDensity) else self
+        if not isinstance(self.shaping, SampledDensity):
+            return self
+        near = self.shaping.rational
+        if len(near.A):
+            return replace(self, shaping=near)
+        return replace(self, shaping=None, density=self.density * float(near.D[0, 0]) ** 2)
 
     def kept_responses(self, rule: Quadrature, output: str) -> PortResponses:
         """Responses on a rule's grid, computed once: for rules that every device is measured on."""

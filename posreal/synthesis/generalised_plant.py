@@ -180,7 +180,7 @@ def generalised_plant(
     goal = problem.goal if metric in (None, problem.base_objective) else None
     parts = ((metric or problem.base_objective, 1.0),) if goal is None or goal.kind != "norm" else goal.parts
     norms = [_norm(problem, name) for name, _ in parts]
-    plant = problem.vehicle.plant(norms[0].load)
+    plant = problem.vehicle.plant(norms[0].load).rational
     rows = [plant.output(norm.output) for norm in norms]
     size = np.array([w * norm.factor(problem.vehicle) for (_, w), norm in zip(parts, norms, strict=True)])
     opened = mounted(plant, rows, problem.mounting)

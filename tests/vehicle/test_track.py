@@ -17,11 +17,13 @@ from posreal.errors import BadInput
 from posreal.metric import ClosedVehicle
 from posreal.optimisation.evaluate import evaluate
 from posreal.optimisation.layout_values import optimise
+from posreal.optimisation.scaling import reference
 from posreal.plant.figures import ClosedPlant
 from posreal.plant.quadrature import gauss
 from posreal.specification.conditions import cautions, conditions, in_words
 from posreal.specification.layout import layout
 from posreal.specification.named import problem
+from posreal.synthesis.generalised_plant import generalised_plant
 from posreal.vehicle import PlanView, SideView
 from posreal.vehicle.spectrum import RationalLaw, Spectrum, fitted
 from posreal.vehicle.track import Track, standard
@@ -181,6 +183,18 @@ def test_wavelengths_that_are_left_out():
         found = evaluate(posed, None).metrics
         assert found["J1z_T"].value == pytest.approx(plain, abs=7e-5)
         assert found["aw_T"].value / 0.098 == pytest.approx(weighted, abs=1.1e-4)
+
+
+@pytest.mark.parametrize("name", ["paper", "uk"])
+def test_a_part_of_a_white_track(name):
+    """Whose velocity is white, so that the filter near it is a number."""
+    posed = problem("vertical-comfort", track=name, wavelengths=(0.5, 3000.0))
+    whole = evaluate(problem("vertical-comfort", track=name), S5).metrics["J1z_T"].value
+    assert evaluate(posed, S5).metrics["J1z_T"].value == pytest.approx(whole, rel=1e-3)
+    scale = reference(posed)
+    plant = generalised_plant(posed, scale)
+    assert np.isfinite(plant.A).all()
+    assert bound(posed, L=8, omega0=10.0).value > 0
 
 
 def test_a_sampled_density_and_a_filter_give_the_same():
