@@ -23,6 +23,7 @@ from posreal.plant.plant import Plant, close
 from posreal.simulation.strut import element_velocities
 
 ROUNDS, SETTLED = 200, 1e-6
+LOCKED = 1e8  # N s/m: at 10 µm/s a kilonewton; friction that asks for more holds its element still
 TOP = 10 * quadrature.BAND  # rad/s, up to which velocities count: 200 Hz
 
 
@@ -78,11 +79,19 @@ def equivalent_dampers(
         The strut.
     copies : how devices sit in the ports
     friction : mapping of element to N
+
+    Returns
+    -------
+    mapping of element to float
+        At most :data:`LOCKED`, where friction is so large that the element does not move.
     """
     found = dict.fromkeys(friction, 0.0)
     for _ in range(ROUNDS):
         sigma = velocities(plant, mounting, network, copies, found)
-        fresh = {name: math.sqrt(2 / math.pi) * F / sigma[name] for name, F in friction.items()}
+        least = 1e-300
+        fresh = {
+            name: min(math.sqrt(2 / math.pi) * F / max(sigma[name], least), LOCKED) for name, F in friction.items()
+        }
         # the geometric mean with the last: a damper beside an element makes it slower, and c_eq larger
         step = {name: math.sqrt(value * found[name]) if found[name] else value for name, value in fresh.items()}
         if all(abs(step[name] / found[name] - 1) <= SETTLED for name in step if found[name]) and all(found.values()):

@@ -33,6 +33,7 @@ from posreal.study.tolerance import as_network
 Real = np.ndarray
 RECORDS, DURATION, STEP = 8, 60.0, 1e-3
 WARM = 10.0  # s of every record that do not count: transients die out
+STILL = 1e-9  # m/s: less than that is rounding
 RAMP = 8.0  # s, of a curve or slope in which a peak counts
 _MOST = 2e8  # numbers that a run may keep
 
@@ -286,7 +287,7 @@ def _summary(
     elements = {}
     each = len(laws)
     for j, (name, law) in enumerate((n, laws[n]) for n in strut.names if n in laws):
-        held = np.abs(run.velocity[warm:, :, j::each]) <= 1e-9 * np.abs(run.velocity).max(initial=1e-300)
+        held = np.abs(run.velocity[warm:, :, j::each]) <= STILL
         elements[name] = InMotion(
             law=law,
             stuck=float(held.mean(axis=(0, 1)).max()) if law.friction else 0.0,

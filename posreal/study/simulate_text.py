@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from posreal.simulation.statistical import LOCKED
 from posreal.text_table import percent, table
 from posreal.units import engineering
 
@@ -60,5 +61,5 @@ def _element(name: str, one: InMotion) -> list[str]:
         f"{100 * one.stuck:.0f} %" if law.friction else "–",
         f"±{1e3 * one.stroke:.3g} mm",
         f"{1e3 * one.velocity:.3g} mm/s",
-        "–" if one.damper is None else engineering(one.damper, "N s/m"),
+        "–" if one.damper is None else "locked" if one.damper > 0.99 * LOCKED else engineering(one.damper, "N s/m"),
     ]

@@ -16,7 +16,7 @@ from posreal.plant.mounting import Copy
 from posreal.plant.plant import close
 from posreal.simulation.figures import mean_squares, ratio
 from posreal.simulation.laws import ElementLaw
-from posreal.simulation.statistical import equivalent_dampers, velocities
+from posreal.simulation.statistical import LOCKED, equivalent_dampers, velocities
 from posreal.simulation.stepper import beside, stepper
 from posreal.simulation.strut import companion, element_velocities
 from posreal.simulation.track import ramps, random_track, step_for
@@ -193,6 +193,8 @@ def test_statistical_linearisation_is_its_own_fixed_point():
     found = equivalent_dampers(plant, around, network, copies, {"b": 500.0})
     sigma = velocities(plant, around, network, copies, found)["b"]
     assert found["b"] == pytest.approx(math.sqrt(2 / math.pi) * 500.0 / sigma, rel=1e-5)
+    stuck = equivalent_dampers(plant, around, network, copies, {"b": 1e6})
+    assert stuck["b"] == pytest.approx(LOCKED, rel=1e-5)
     # the velocities themselves, of the linear vehicle in time
     h = step_for(plant, 2e-3)
     run = stepper(beside(plant, around.beside), network, copies, {"b": ElementLaw(friction=1e-9)}, h)
