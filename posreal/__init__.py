@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from posreal.study.compare import Comparison, compare
     from posreal.study.pareto import Pareto, pareto
     from posreal.study.preferred import Preferred, preferred
+    from posreal.study.recommendation import Recommendation, design
     from posreal.study.reproduce import Reproduction, reproduce
     from posreal.study.simulate import simulate
     from posreal.study.simulate_result import Simulation
@@ -214,6 +215,7 @@ __all__ = [
     "QuarterCar",
     "Rational",
     "Realisation",
+    "Recommendation",
     "Repair",
     "Reproduction",
     "Search",
