@@ -184,7 +184,8 @@ def _converge(search: Incumbent, charts: Sequence[Chart], found: list[Found], me
         if judge is search.judge:
             return
         search.regrid(judge)
-        found[:] = [(search.judge.measure(other), chart, other) for _, chart, other in _distinct(found)[:AGAIN]]
+        again = _distinct(found)[:AGAIN] or [min(found, key=_value)]  # where no start keeps the constraints yet
+        found[:] = [(search.judge.measure(other), chart, other) for _, chart, other in again]
 
 
 def _converge_here(search: Incumbent, charts: Sequence[Chart], found: list[Found], method: str) -> None:
