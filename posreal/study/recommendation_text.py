@@ -26,7 +26,7 @@ def text(of: Recommendation, *, ascii: bool = False) -> str:
     lines = [f"{problem.name}: {problem.summary}", *([f"  {words}"] if words else [])]
     lines += [f"  {note}" for note in asked_for(of)]
     lines += [f"  Caution: {one}." for one in cautions(problem)]
-    lines += ["", table(*of.comparison.table()), "", *(f"  {note}" for note in of.comparison.remarks())]
+    lines += ["", table(*of.comparison.table()), "", *(f"  {note}" for note in compared(of))]
     lines += ["", f"Networks of up to {counted(of.search.elements, 'element')} {values_of(of)}:", ""]
     lines += [table(*front_table(of), "ll"), ""]
     lines += [headline(of), ""]
@@ -47,6 +47,12 @@ def asked_for(of: Recommendation) -> list[str]:
         f"{of.asked.base_objective} ends at 20 Hz, but what is built rings above it too: everything here is designed "
         f"for {of.problem.base_objective}, over all frequencies (--band-only designs to 20 Hz)."
     ]
+
+
+def compared(of: Recommendation) -> list[str]:
+    """What to know about the designs that were compared."""
+    ideal = [] if of.problem.elements is None else ["The rows are of ideal elements: what is possible at best."]
+    return [*ideal, *of.comparison.remarks()]
 
 
 def values_of(of: Recommendation) -> str:

@@ -91,7 +91,7 @@ def body(of: Recommendation) -> str:
         *_densities(of),
         "<h2>What was compared</h2>",
         _table(*of.comparison.table()),
-        _list(of.comparison.remarks()),
+        _list(words.compared(of)),
         _plot(figure_of(of.comparison), "Designs, and what is proven"),
         "<h2>What each part buys</h2>",
         _paragraph(f"Networks of up to {counted(of.search.elements, 'element')} {words.values_of(of)}."),

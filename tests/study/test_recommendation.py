@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from html.parser import HTMLParser
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -191,3 +192,10 @@ def test_what_is_recommended_can_be_built(name):
     assert found.recommended.improvement() > 1
     twin = found.asked.objective
     assert found.recommended.metrics[twin].value < found.asked.default_metrics[twin].value
+
+
+@pytest.mark.long
+def test_the_readme_shows_what_the_demo_says():
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    said = readme[readme.index("Build this:") :].split("```")[0].rstrip()
+    assert said in str(design("vertical-comfort"))
