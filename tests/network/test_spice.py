@@ -101,7 +101,7 @@ def test_the_deck_reads_well():
 *   volt = m/s (velocity), ampere = N (force), so admittance I/V = F/v in N s/m
 *   inductor L = 1/k (spring, N/m)   resistor R = 1/c (damper, N s/m)   capacitor C = b (inerter, kg)
 * Node 1 is the first terminal, node 0 the second. One volt drives node 1: V(y) is Y(j omega).
-* As posreal writes it: k=200000 | (c=20000 + b=300)
+* As posreal writes it: k=200000 | c=20000 + b=300
 
 Vport 1 0 DC 0 AC 1
 Hport y 0 Vport -1
@@ -127,7 +127,7 @@ quit 0
 def test_parts_in_series_stand_apart_where_digits_would_be_lost():
     deck = spice(parse("b1=1e5 + (k=1e-4 | c1=1e-5) + c2=1e-4"), frequencies=(1.0, 10.0), per_decade=5)
     assert (
-        "\n".join(deck.splitlines()[5:19])
+        "\n".join(deck.splitlines()[6:20])
         == """\
 * The values spread too far to be added up at nodes in doubles. So parts in series stand apart:
 *   V(m1), V(m2) ... are the forces through them, 1 V = 1 N; an element there is a mobility to ground,
