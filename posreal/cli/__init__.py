@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from posreal import __version__
-from posreal.cli import bounds, designs, devices, listings, robustness, searches, tracks
+from posreal.cli import bounds, designs, devices, listings, robustness, searches, studies, tracks
 from posreal.cli.examples import epilog
 from posreal.cli.options import DEVICE_FIRST
 from posreal.errors import PosrealError, plain
@@ -50,7 +50,7 @@ def _root(
 
 
 app.command()(listings.problems)
-app.command()(designs.design)
+app.command()(studies.design)
 app.command()(listings.layouts)
 app.command()(listings.vehicle)
 app.command()(listings.ranges)
@@ -63,11 +63,11 @@ app.command(context_settings=DEVICE_FIRST)(devices.check)
 app.command()(searches.search)
 app.command()(bounds.bound)
 app.command("check-bound")(bounds.check_bound)
-app.command()(designs.compare)
+app.command()(studies.compare)
 app.command(context_settings=DEVICE_FIRST)(robustness.tolerance)
 app.command(context_settings=DEVICE_FIRST)(robustness.preferred)
 app.command(context_settings=DEVICE_FIRST)(robustness.simulate)
-app.command()(designs.reproduce)
+app.command()(studies.reproduce)
 
 for _command in app.registered_commands:
     assert _command.callback is not None

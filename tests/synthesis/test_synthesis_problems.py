@@ -444,7 +444,9 @@ RINGING = "(136856*s^3 + 6.25778e6*s^2 + 1.4292e9*s)/(s^3 + 475.568*s^2 + 61345.
 
 
 def test_a_device_that_rings_above_the_band_is_said_to():
-    found = design(problem("vertical-comfort", band_only=True), 3, method="ph", starts=1, warm=[parse_rational(RINGING)])
+    found = design(
+        problem("vertical-comfort", band_only=True), 3, method="ph", starts=1, warm=[parse_rational(RINGING)]
+    )
     whole = problem("vertical-comfort", objective="whole-band").metrics(found.port)["J1z_T_whole"].value
     assert found.metrics["J1z_T"].value < 1.9 < 4 < whole
     assert any(f"over all frequencies it is {whole:.6g} %g" in note for note in found.found["notes"])
