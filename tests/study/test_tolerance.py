@@ -205,11 +205,15 @@ def test_operating_points_vary_too():
         ("c=12635.89", 2.0617, 2.0668, 2.0662),
         (CB, 1.9613, 1.9743, 1.9697),
         ("b=2740.801438+(c=14195.96742|k=83748.1782)", 1.9226, 1.9550, 1.9402),
-        ("b1=178.6480665|(b2=4214.084037+c=22218.24946+k=1349748.529)", 1.8828, 1.9181, 1.9007),
+        ("b1=178.6480665|(b2=4214.084037+c=22218.24946+k=1349748.529)", 1.8828, 1.9181, 1.8980),
     ],
 )
 def test_vertical_devices_within_twenty_per_cent(network, nominal, corner, p95):
-    """Figures of an independent computation: all corners of the element values, and 95 % of some even draws."""
+    """Figures of an independent computation: all corners of the element values, and 95 % of some even draws.
+
+    For four elements that computation gave 1.9007, of few draws; 1.8980 is that of 20,000 by another route, element
+    values straight to the ride on a Gauss rule.
+    """
     found = tolerance(pr.problem("vertical-comfort"), network, vehicle=0.0, draws=1000)
     spread = found.spreads["J1z_T"]
     assert spread.nominal == pytest.approx(nominal, abs=1e-4)
