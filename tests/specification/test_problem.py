@@ -71,7 +71,7 @@ def test_a_retuned_vehicle_is_compared_with_the_original():
         ("lateral-comfort", {"position": "L"}, "does not fit"),
         ("quarter-car", {"objective": "J2"}, "it takes J1, J3"),
         ("quarter-car", {"stiffness": -1.0}, "greater than 0"),
-        ("vertical-comfort", {"stiffness": 1.0}, "only quarter-car"),
+        ("vertical-comfort", {"stiffness": 1.0}, "quarter-car takes one"),
     ],
 )
 def test_bad_options_are_refused(name, options, says):
