@@ -210,7 +210,7 @@ def design(
     found.require_any()
     comparison = compare(replace(posed, elements=None), orders=orders, seed=seed, jobs=jobs, progress=progress)
     progress("rounding values to what can be ordered")
-    chosen = ordered(_smallest(found, within))
+    chosen = ordered(smallest(found, within))
     progress("drawing vehicles within tolerances")
     spread = tolerance(chosen, draws=draws, seed=seed, jobs=jobs, progress=progress)
     if comparison.bound is not None:
@@ -226,7 +226,7 @@ def over_all_frequencies(problem: Problem) -> Problem:
     return replace(problem, objective=WORST_CASE + twin if problem.points else twin)
 
 
-def _smallest(found: Search, within: float) -> Design:
+def smallest(found: Search, within: float) -> Design:
     """The network of fewest elements that is near enough to the best."""
     most = found.best.objective.value * (1 + within)
     near = [point for point in found.front if point.design.objective.value <= most]

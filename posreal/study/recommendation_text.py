@@ -102,7 +102,7 @@ def verdict(of: Recommendation) -> list[str]:
     """What it reaches of what is possible, and what more parts would buy."""
     said = [
         f"The smallest network within {100 * of.within:g} % of the best found with up to "
-        f"{counted(of.search.elements, 'element')}: {of.above_best_percent:.2f} % above it, values rounded."
+        f"{counted(of.search.elements, 'element')}: {percent(of.above_best_percent)} above it, values rounded."
     ]
     bound, gap = of.comparison.bound, of.gap_percent
     if bound is not None and gap is not None:

@@ -15,7 +15,7 @@ import posreal as pr
 from posreal.errors import BadInput, Infeasible
 from posreal.network import nodal_admittance
 from posreal.network.as_made import made
-from posreal.study.recommendation import design, ordered, over_all_frequencies
+from posreal.study.recommendation import design, ordered, over_all_frequencies, smallest
 from posreal.study.report import page, save
 
 
@@ -30,12 +30,8 @@ def test_the_smallest_network_that_is_near_enough(found):
     smaller = [point for point in found.search.front if point.elements < len(found.network)]
     assert all(point.design.objective.value > best * 1.01 for point in smaller)
     assert found.above_best_percent == pytest.approx(100 * (found.recommended.objective.value / best - 1))
-    assert design_of(found, within=0.5) == 1  # half as much again is worth less than a part
-
-
-def design_of(found, within):
-    most = found.search.best.objective.value * (1 + within)
-    return min(point.elements for point in found.search.front if point.design.objective.value <= most)
+    assert len(smallest(found.search, 0.5).bought) == 1  # half as much again costs less than a part
+    assert smallest(found.search, 0.0).objective == found.search.best.objective
 
 
 def test_values_are_those_to_order(found):
